@@ -1,0 +1,122 @@
+//! Axes, and values that each axis has one of.
+
+use std::fmt;
+use std::ops::{Index, IndexMut};
+
+use serde::{Deserialize, Serialize};
+
+/// How many axes a machine can have: the nine letters of RS-274.
+pub const AXES: usize = 9;
+
+/// An axis of the machine, in the order in which all output lists them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+    A,
+    B,
+    C,
+    U,
+    V,
+    W,
+}
+
+impl Axis {
+    /// All axes, in order.
+    pub const ALL: [Axis; AXES] =
+        [Axis::X, Axis::Y, Axis::Z, Axis::A, Axis::B, Axis::C, Axis::U, Axis::V, Axis::W];
+    /// The three axes in which contours are measured.
+    pub const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
+
+    /// The letter of the axis.
+    pub fn letter(self) -> char {
+        char::from(b"XYZABCUVW"[self as usize])
+    }
+
+    /// The axis of an upper-case letter.
+    pub fn from_letter(letter: u8) -> Option<Axis> {
+        Axis::ALL.into_iter().find(|axis| axis.letter() as u8 == letter)
+    }
+
+    /// Whether the axis turns: its unit is then the degree, wherever a name says mm.
+    pub fn is_rotary(self) -> bool {
+        matches!(self, Axis::A | Axis::B | Axis::C)
+    }
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.letter())
+    }
+}
+
+/// One value an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct AxisMap<T>(pub [T; AXES]);
+
+/// A position: mm in machine coordinates unless said otherwise, degrees on rotary axes.
+pub type Point = AxisMap<f64>;
+
+impl Point {
+    /// All axes at zero.
+    pub const ZERO: Point = AxisMap([0.0; AXES]);
+}
+
+impl<T> AxisMap<T> {
+    /// A map made axis by axis.
+    pub fn from_fn(mut value: impl FnMut(Axis) -> T) -> Self {
+        AxisMap(std::array::from_fn(|i| value(Axis::ALL[i])))
+    }
+}
+
+impl<T> Index<Axis> for AxisMap<T> {
+    type Output = T;
+    fn index(&self, axis: Axis) -> &T {
+        &self.0[axis as usize]
+    }
+}
+
+impl<T> IndexMut<Axis> for AxisMap<T> {
+    fn index_mut(&mut self, axis: Axis) -> &mut T {
+        &mut self.0[axis as usize]
+    }
+}
+
+/// A set of axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct AxisSet(u16);
+
+impl AxisSet {
+    /// No axis.
+    pub const EMPTY: AxisSet = AxisSet(0);
+
+    /// Adds an axis.
+    pub fn insert(&mut self, axis: Axis) {
+        self.0 |= 1 << axis as u16;
+    }
+
+    /// Whether the axis is in the set.
+    pub fn contains(self, axis: Axis) -> bool {
+        self.0 & (1 << axis as u16) != 0
+    }
+
+    /// Whether no axis is in the set.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The axes of the set, in order.
+    pub fn iter(self) -> impl Iterator<Item = Axis> {
+        Axis::ALL.into_iter().filter(move |axis| self.contains(*axis))
+    }
+}
+
+impl FromIterator<Axis> for AxisSet {
+    fn from_iter<I: IntoIterator<Item = Axis>>(axes: I) -> Self {
+        let mut set = AxisSet::EMPTY;
+        axes.into_iter().for_each(|axis| set.insert(axis));
+        set
+    }
+}

@@ -1,0 +1,134 @@
+//! What the machine is told, in order: a tick of steps, or an event between two ticks.
+//!
+//! This is what interpolation makes, a dump holds, verification reads and the bus carries.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::base::AxisMap;
+
+/// An item of the command stream.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Steps of all axes in one tick.
+    Tick(Tick),
+    /// Something that has to happen before the next tick, with all axes at rest.
+    Event(Event),
+}
+
+/// The steps of one tick: one period of the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Tick {
+    /// Node buffer that the tick lies in, from 0; always 0 on a machine without node buffers.
+    pub buffer: u32,
+    /// Line of the NC program that the tick belongs to, from 1.
+    pub line: u32,
+    /// Signed motor steps of each axis.
+    pub counts: AxisMap<i32>,
+}
+
+/// An event and the line of the NC program that asks for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// Line of the NC program, from 1.
+    pub line: u32,
+    /// What has to happen.
+    pub kind: EventKind,
+}
+
+/// What has to happen between two ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EventKind {
+    /// An M function, with the spindle speed for M3 and M4 and the tool for M6.
+    M {
+        /// The function's number.
+        code: u16,
+        /// Spindle speed in rpm that goes with it (M3, M4).
+        spindle_rpm: Option<f64>,
+        /// Tool that goes with it (M6).
+        tool: Option<u32>,
+    },
+    /// A spindle speed in rpm, given by itself.
+    S(f64),
+    /// A tool to get ready, given by itself.
+    T(u32),
+    /// A pause in seconds (G4).
+    Dwell(f64),
+}
+
+/// As in the dump's event column: `M3 S1200`, `M6 T2`, `S800`, `T1`, `G4 P0.5`.
+impl fmt::Display for EventKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            EventKind::M { code, spindle_rpm, tool } => {
+                write!(f, "M{code}")?;
+                spindle_rpm.map_or(Ok(()), |rpm| write!(f, " S{rpm}"))?;
+                tool.map_or(Ok(()), |tool| write!(f, " T{tool}"))
+            }
+            EventKind::S(rpm) => write!(f, "S{rpm}"),
+            EventKind::T(tool) => write!(f, "T{tool}"),
+            EventKind::Dwell(seconds) => write!(f, "G4 P{seconds}"),
+        }
+    }
+}
+
+/// A text that is no event of the dump's event column.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is no event; expected one like M3 S1200, M6 T2, S800, T1 or G4 P0.5")]
+pub struct NotAnEvent(pub String);
+
+impl FromStr for EventKind {
+    type Err = NotAnEvent;
+
+    fn from_str(text: &str) -> Result<Self, NotAnEvent> {
+        let bad = || NotAnEvent(text.to_owned());
+        let mut words = text.split_ascii_whitespace();
+        let first = words.next().ok_or_else(bad)?;
+        let mut kind = match first.split_at_checked(1).ok_or_else(bad)? {
+            ("M", code) => EventKind::M {
+                code: code.parse().map_err(|_| bad())?,
+                spindle_rpm: None,
+                tool: None,
+            },
+            ("S", rpm) => EventKind::S(non_negative(rpm).ok_or_else(bad)?),
+            ("T", tool) => EventKind::T(tool.parse().map_err(|_| bad())?),
+            ("G", "4") => {
+                let seconds = words.next().and_then(|word| word.strip_prefix('P'));
+                EventKind::Dwell(seconds.and_then(non_negative).ok_or_else(bad)?)
+            }
+            _ => return Err(bad()),
+        };
+        for word in words {
+            let EventKind::M { spindle_rpm, tool, .. } = &mut kind else { return Err(bad()) };
+            match word.split_at_checked(1).ok_or_else(bad)? {
+                ("S", rpm) if spindle_rpm.is_none() => {
+                    *spindle_rpm = Some(non_negative(rpm).ok_or_else(bad)?);
+                }
+                ("T", number) if tool.is_none() => {
+                    *tool = Some(number.parse().map_err(|_| bad())?);
+                }
+                _ => return Err(bad()),
+            }
+        }
+        Ok(kind)
+    }
+}
+
+fn non_negative(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_reads_back_as_it_was_written() {
+        for text in ["M3 S1200", "M6 T2", "M0", "G4 P0.5", "S800", "T1", "M3 S1.5 T4"] {
+            assert_eq!(text.parse::<EventKind>().unwrap().to_string(), text);
+        }
+        for text in ["", "Q1", "M", "M3 S", "G4", "G4 P-1", "S1 S2", "M3 S1 S2", "é", "G4 Pinf"] {
+            assert!(text.parse::<EventKind>().is_err(), "{text}");
+        }
+    }
+}

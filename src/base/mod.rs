@@ -1,0 +1,18 @@
+//! What all stages share: axes and points, machine profiles, ticks and events, sources of text,
+//! diagnostics. Uses nothing else of the crate.
+
+pub mod axis;
+pub mod command;
+pub mod diagnostic;
+pub mod machine;
+pub mod plane;
+pub mod progress;
+pub mod source;
+
+pub use axis::{Axis, AxisMap, AxisSet, Point};
+pub use command::{Command, Event, EventKind, Tick};
+pub use diagnostic::{Diagnostic, Severity, Span};
+pub use machine::Machine;
+pub use plane::Plane;
+pub use progress::Progress;
+pub use source::Source;

@@ -1,0 +1,98 @@
+//! Where a text comes from: a file, standard input spooled to one, or memory; readable twice.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A text that can be read from any offset, as often as needed, in constant memory.
+#[derive(Clone, Debug)]
+pub struct Source {
+    name: String,
+    bytes: Bytes,
+}
+
+#[derive(Clone, Debug)]
+enum Bytes {
+    File(Arc<File>),
+    Memory(Arc<[u8]>),
+}
+
+impl Source {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// When it cannot be opened, or is a folder.
+    pub fn open(path: &Path) -> io::Result<Source> {
+        let file = File::open(path)?;
+        let kind = file.metadata()?;
+        if kind.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder"));
+        }
+        let name = path.display().to_string();
+        // A pipe or a device is read once only: keep what comes.
+        if kind.is_file() {
+            Ok(Source { name, bytes: Bytes::File(Arc::new(file)) })
+        } else {
+            Source::spool(&name, file)
+        }
+    }
+
+    /// Keeps all that a stream brings in an unlinked temporary file.
+    ///
+    /// # Errors
+    /// When the stream cannot be read or the temporary file cannot be written.
+    pub fn spool(name: &str, mut stream: impl Read) -> io::Result<Source> {
+        let mut file = tempfile::tempfile()?;
+        io::copy(&mut stream, &mut file)?;
+        Ok(Source { name: name.to_owned(), bytes: Bytes::File(Arc::new(file)) })
+    }
+
+    /// A text in memory.
+    pub fn memory(name: &str, bytes: impl Into<Arc<[u8]>>) -> Source {
+        Source { name: name.to_owned(), bytes: Bytes::Memory(bytes.into()) }
+    }
+
+    /// The name to show: as the user gave it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Length in bytes.
+    ///
+    /// # Errors
+    /// When the file cannot be asked.
+    pub fn len_bytes(&self) -> io::Result<u64> {
+        match &self.bytes {
+            Bytes::File(file) => Ok(file.metadata()?.len()),
+            Bytes::Memory(bytes) => Ok(bytes.len() as u64),
+        }
+    }
+
+    /// Reads from an offset on. Readers of one source do not disturb each other.
+    pub fn reader(&self, offset: u64) -> SourceReader {
+        SourceReader { bytes: self.bytes.clone(), offset }
+    }
+}
+
+/// See [`Source::reader`].
+#[derive(Debug)]
+pub struct SourceReader {
+    bytes: Bytes,
+    offset: u64,
+}
+
+impl Read for SourceReader {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = match &self.bytes {
+            Bytes::File(file) => file.read_at(out, self.offset)?,
+            Bytes::Memory(bytes) => {
+                let start = usize::try_from(self.offset).unwrap_or(usize::MAX).min(bytes.len());
+                (&bytes[start..]).read(out)?
+            }
+        };
+        self.offset += count as u64;
+        Ok(count)
+    }
+}

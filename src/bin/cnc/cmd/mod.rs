@@ -1,0 +1,8 @@
+//! One file a command.
+
+pub mod interpolate;
+pub mod interpret;
+pub mod machine;
+pub mod node;
+pub mod send;
+pub mod verify;

@@ -1,0 +1,74 @@
+//! How a command ends: exit codes, and errors that know theirs.
+
+use std::process::ExitCode;
+
+/// A command that ran to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Done, nothing wrong.
+    Ok = 0,
+    /// The input is bad, and all about it has been said.
+    BadInput = 1,
+    /// The port, the bus or a node failed, and all about it has been said.
+    Bus = 3,
+    /// Interrupted by the operator, and all about it has been said.
+    Interrupted = 130,
+}
+
+/// A command that could not go on: the code to exit with, and why.
+#[derive(Debug)]
+pub struct Failure {
+    /// 1 bad input, 2 usage, profile or file trouble, 3 port, bus or node.
+    pub code: u8,
+    /// Why, with its causes.
+    pub error: anyhow::Error,
+}
+
+/// What every command returns.
+pub type Outcome = Result<Exit, Failure>;
+
+/// Trouble is with usage or files unless said otherwise.
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Failure { code: 2, error: error.into() }
+    }
+}
+
+/// Gives an error another exit code than 2.
+pub trait ExitWith<T> {
+    /// 1: the input is bad.
+    fn or_bad_input(self) -> Result<T, Failure>;
+    /// 3: the port, the bus or a node failed.
+    fn or_bus(self) -> Result<T, Failure>;
+}
+
+impl<T, E: Into<anyhow::Error>> ExitWith<T> for Result<T, E> {
+    fn or_bad_input(self) -> Result<T, Failure> {
+        self.map_err(|error| Failure { code: 1, error: error.into() })
+    }
+
+    fn or_bus(self) -> Result<T, Failure> {
+        self.map_err(|error| Failure { code: 3, error: error.into() })
+    }
+}
+
+/// Prints what stopped a command and gives the process its exit code. A reader of our standard
+/// output that went away is no failure.
+pub fn code(outcome: Outcome) -> ExitCode {
+    match outcome {
+        Ok(exit) => ExitCode::from(exit as u8),
+        Err(failure) if is_broken_pipe(&failure.error) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {:#}", failure.error);
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        cause
+            .downcast_ref::<std::io::Error>()
+            .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+    })
+}

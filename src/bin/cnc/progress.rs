@@ -1,0 +1,1 @@
+//! Draws progress on a terminal (indicatif).

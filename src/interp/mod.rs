@@ -1,0 +1,3 @@
+//! 2 Block → Motion
+mod motion;
+pub use motion::{Motion, Move, MoveKind};

@@ -1,0 +1,52 @@
+//! Motion: what a program means, once units, offsets and modes have been resolved.
+
+use crate::base::{Event, Plane, Point};
+
+/// One thing that a program makes happen, in program order.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// The axes move.
+    Move(Move),
+    /// Motion rests until something has happened.
+    Event(Event),
+}
+
+/// A movement from one position to another, in machine coordinates (mm, degrees on rotary axes).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Move {
+    /// Physical line of the program, from 1.
+    pub line: u32,
+    /// The block's N word.
+    pub n: Option<u32>,
+    /// Where it starts: the end of the move before.
+    pub from: Point,
+    /// Where it ends.
+    pub to: Point,
+    /// The way between.
+    pub kind: MoveKind,
+}
+
+/// The way of a movement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MoveKind {
+    /// As fast as the machine can (G0).
+    Rapid,
+    /// A straight line (G1).
+    Line {
+        /// Speed along the path.
+        feed_mm_min: f64,
+    },
+    /// An arc or helix (G2, G3): circular in its plane, linear in all other axes.
+    Arc {
+        /// Speed along the path, the axis across the plane included.
+        feed_mm_min: f64,
+        /// The arc's plane.
+        plane: Plane,
+        /// Centre on the plane's first and second axis (see [`Plane::axes`]).
+        center_mm: [f64; 2],
+        /// Counter-clockwise.
+        ccw: bool,
+        /// Full turns beyond the last partial one: 0 for a plain arc and a single full circle.
+        turns: u32,
+    },
+}
