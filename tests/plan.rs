@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use cnc::base::{Axis, Command, Machine, Plane, Point, Tick};
-use cnc::interp::{Motion, Move, MoveKind};
+use cnc::interp::{Move, MoveKind};
 use cnc::path::{self, PathItem, Segment};
 use cnc::plan::{self, Feed, Planned};
 use cnc::step;

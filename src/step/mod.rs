@@ -58,11 +58,11 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(profile) = &self.profile {
-                if self.done < profile.end.tick {
-                    let position = profile.position_at(self.done + 1, self.tick_s);
-                    return Some(Ok(Command::Tick(self.tick_to(&position))));
-                }
+            if let Some(profile) = &self.profile
+                && self.done < profile.end.tick
+            {
+                let position = profile.position_at(self.done + 1, self.tick_s);
+                return Some(Ok(Command::Tick(self.tick_to(&position))));
             }
             let next = match self.waiting.take() {
                 Some(next) => Some(next),

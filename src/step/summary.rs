@@ -91,10 +91,10 @@ impl Summary {
         if profile.bound != Bound::Feed {
             self.bounds.insert(profile.bound);
         }
-        if let Some(last) = self.last_profile.filter(|last| last.buffer != profile.buffer) {
-            if let Some(buffer) = self.buffers.get_mut(last.buffer as usize) {
-                buffer.end = last.kind;
-            }
+        if let Some(last) = self.last_profile.filter(|last| last.buffer != profile.buffer)
+            && let Some(buffer) = self.buffers.get_mut(last.buffer as usize)
+        {
+            buffer.end = last.kind;
         }
         self.last_profile = Some(ProfileEnd { buffer: profile.buffer, kind: end_kind(profile) });
     }
