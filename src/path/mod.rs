@@ -1,5 +1,72 @@
 //! 3 Motion → Segment: the exact curve that a program means, in closed form.
+//!
+//! Arcs and helices stay what they are; nothing is chopped into chords. Moves that go nowhere are
+//! left out. This stage knows no speed but the feed asked for, no steps and no ticks.
 
 mod segment;
 
-pub use segment::{Arc, Curve, PathItem, Segment};
+pub use segment::{Arc, AxisRate, Curve, PathItem, Segment};
+
+use crate::interp::{Motion, Move, MoveKind};
+
+/// Turns motion into path, item by item; errors of the source pass through.
+pub fn segments<E>(
+    motions: impl Iterator<Item = Result<Motion, E>>,
+) -> impl Iterator<Item = Result<PathItem, E>> {
+    motions.filter_map(|motion| match motion {
+        Ok(Motion::Event(event)) => Some(Ok(PathItem::Event(event))),
+        Ok(Motion::Move(step)) => segment(&step).map(|segment| Ok(PathItem::Segment(segment))),
+        Err(error) => Some(Err(error)),
+    })
+}
+
+/// The curve of a move; none for a move that goes nowhere.
+pub fn segment(step: &Move) -> Option<Segment> {
+    let (feed_mm_min, curve) = match step.kind {
+        MoveKind::Rapid => (None, Curve::Line),
+        MoveKind::Line { feed_mm_min } => (Some(feed_mm_min), Curve::Line),
+        MoveKind::Arc { feed_mm_min, .. } => (Some(feed_mm_min), Curve::Arc(arc(step)?)),
+    };
+    if curve == Curve::Line && step.from == step.to {
+        return None;
+    }
+    Some(Segment {
+        line: step.line,
+        feed_mm_s: feed_mm_min.map(|feed| feed / 60.0),
+        from_mm: step.from,
+        to_mm: step.to,
+        curve,
+    })
+}
+
+/// Radii and angles of an arc given by its ends and centre. An arc whose ends coincide in the
+/// plane is a full circle.
+fn arc(step: &Move) -> Option<Arc> {
+    let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind else { return None };
+    let [first, second] = plane.axes();
+    let from = [step.from[first] - center_mm[0], step.from[second] - center_mm[1]];
+    let to = [step.to[first] - center_mm[0], step.to[second] - center_mm[1]];
+    // The angle from start to end by cross and dot product: exact for short arcs too.
+    let cross = from[0] * to[1] - from[1] * to[0];
+    let dot = from[0] * to[0] + from[1] * to[1];
+    let full_turn = std::f64::consts::TAU;
+    let apart_mm = (to[0] - from[0]).hypot(to[1] - from[1]);
+    let mut sweep_rad = if apart_mm <= FULL_CIRCLE_MM { 0.0 } else { cross.atan2(dot) };
+    if ccw && sweep_rad <= 0.0 {
+        sweep_rad += full_turn;
+    } else if !ccw && sweep_rad >= 0.0 {
+        sweep_rad -= full_turn;
+    }
+    sweep_rad += full_turn * f64::from(turns) * sweep_rad.signum();
+    Some(Arc {
+        plane,
+        center_mm,
+        radius_from_mm: from[0].hypot(from[1]),
+        radius_to_mm: to[0].hypot(to[1]),
+        angle_from_rad: from[1].atan2(from[0]),
+        sweep_rad,
+    })
+}
+
+/// Ends of an arc that are no further apart in the plane make a full circle (RS-274/NGC).
+const FULL_CIRCLE_MM: f64 = 1e-8;

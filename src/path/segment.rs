@@ -1,6 +1,15 @@
-//! One piece of the path.
+//! One piece of the path, and its geometry in closed form.
+//!
+//! ```text
+//!            to ___
+//!          ,-'     `-.          angle(u) = angle_from + sweep · u
+//!        ,'           \         radius(u) = radius_from + (radius_to - radius_from) · u
+//!       /  sweep       | from   every other axis: linear in u
+//!       |    ( ·center )        u = 0 at the start, 1 at the end
+//! ```
 
-use crate::base::{Event, Plane, Point};
+use crate::base::axis::AXES;
+use crate::base::{Axis, AxisMap, Event, Plane, Point};
 
 /// An item of the path: a curve, or an event at which the machine rests.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,4 +59,190 @@ pub struct Arc {
     pub angle_from_rad: f64,
     /// Angle travelled, all turns included; positive is counter-clockwise.
     pub sweep_rad: f64,
+}
+
+/// How one axis moves at most while the path advances at one mm/s.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct AxisRate {
+    /// Greatest speed, in mm/s for each mm/s along the path: max |dx/ds|.
+    pub speed: f64,
+    /// Speed amplitude on the whole circle, of which the arc may hold only a part; on a line the
+    /// same as `speed`.
+    pub speed_amplitude: f64,
+    /// Amplitude of the acceleration across the path, in mm/s² for each (mm/s)² along it:
+    /// |d²x/ds²|. With the speed along the path it is a quarter turn out of phase.
+    pub bend_per_mm: f64,
+}
+
+impl Segment {
+    /// Length of the path: what feed applies to. That is the length in X Y Z; of a move in other
+    /// axes alone the length in U V W, and else the angle in A B C (as RS-274/NGC has it). Where
+    /// an arc's radius changes, the greater radius counts, so that no part of it is run faster
+    /// than its feed.
+    pub fn length_mm(&self) -> f64 {
+        let change = |axis: Axis| self.to_mm[axis] - self.from_mm[axis];
+        let norm =
+            |axes: [Axis; 3]| axes.into_iter().map(change).map(|d| d * d).sum::<f64>().sqrt();
+        if let Curve::Arc(arc) = &self.curve {
+            let along = change(arc.plane.normal());
+            let inward = arc.radius_to_mm - arc.radius_from_mm;
+            return (arc.turn_mm().powi(2) + inward * inward + along * along).sqrt();
+        }
+        [Axis::LINEAR, [Axis::U, Axis::V, Axis::W], [Axis::A, Axis::B, Axis::C]]
+            .into_iter()
+            .map(norm)
+            .find(|length| *length > 0.0)
+            .unwrap_or(0.0)
+    }
+
+    /// Position after a share of the way; 0 is the start and 1 the end, both exactly.
+    pub fn point_at(&self, share: f64) -> Point {
+        if share <= 0.0 {
+            return self.from_mm;
+        }
+        if share >= 1.0 {
+            return self.to_mm;
+        }
+        let mut point = AxisMap([0.0; AXES]);
+        for i in 0..AXES {
+            point.0[i] = self.from_mm.0[i] + (self.to_mm.0[i] - self.from_mm.0[i]) * share;
+        }
+        if let Curve::Arc(arc) = &self.curve {
+            let [first, second] = arc.plane.axes();
+            [point[first], point[second]] = arc.point_at(share);
+        }
+        point
+    }
+
+    /// How each axis moves at most: what limits on axes make of limits along the path.
+    pub fn axis_rates(&self) -> AxisMap<AxisRate> {
+        let length_mm = self.length_mm();
+        if length_mm <= 0.0 {
+            return AxisMap::default();
+        }
+        let mut rates = AxisMap::from_fn(|axis| {
+            let speed = (self.to_mm[axis] - self.from_mm[axis]).abs() / length_mm;
+            AxisRate { speed, speed_amplitude: speed, bend_per_mm: 0.0 }
+        });
+        if let Curve::Arc(arc) = &self.curve {
+            let inward = (arc.radius_to_mm - arc.radius_from_mm).abs() / length_mm;
+            let turn = arc.turn_mm() / length_mm;
+            let bend_per_mm = turn * arc.sweep_rad.abs() / length_mm;
+            // The first axis goes as the cosine of the angle, so its speed as the sine; the
+            // second the other way round.
+            let [first, second] = arc.plane.axes();
+            let quarter = std::f64::consts::FRAC_PI_2;
+            for (axis, shift) in [(first, quarter), (second, 0.0)] {
+                let share = cosine_max(arc.angle_from_rad + shift, arc.sweep_rad);
+                rates[axis] = AxisRate {
+                    speed: turn * share + inward,
+                    speed_amplitude: turn + inward,
+                    bend_per_mm,
+                };
+            }
+        }
+        rates
+    }
+}
+
+impl Arc {
+    /// Position on the plane's first and second axis after a share of the sweep.
+    pub fn point_at(&self, share: f64) -> [f64; 2] {
+        let radius = self.radius_from_mm + (self.radius_to_mm - self.radius_from_mm) * share;
+        let (sin, cos) = (self.angle_from_rad + self.sweep_rad * share).sin_cos();
+        [self.center_mm[0] + radius * cos, self.center_mm[1] + radius * sin]
+    }
+
+    /// The greater of the radii at both ends.
+    pub fn radius_max_mm(&self) -> f64 {
+        self.radius_from_mm.max(self.radius_to_mm)
+    }
+
+    /// Way round the centre, at the greater radius.
+    fn turn_mm(&self) -> f64 {
+        self.radius_max_mm() * self.sweep_rad.abs()
+    }
+}
+
+/// Greatest |cos| between an angle and that angle plus a sweep.
+fn cosine_max(from_rad: f64, sweep_rad: f64) -> f64 {
+    let pi = std::f64::consts::PI;
+    let to_rad = from_rad + sweep_rad;
+    let (low, high) = (from_rad.min(to_rad), from_rad.max(to_rad));
+    // |cos| is 1 at the multiples of pi.
+    if (high / pi).floor() >= (low / pi).ceil() {
+        return 1.0;
+    }
+    low.cos().abs().max(high.cos().abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    fn xyz(x: f64, y: f64, z: f64) -> Point {
+        AxisMap([x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    fn helix() -> Segment {
+        Segment {
+            line: 1,
+            feed_mm_s: Some(5.0),
+            from_mm: xyz(20.0, 0.0, 0.0),
+            to_mm: xyz(20.0, 0.0, 4.0),
+            curve: Curve::Arc(Arc {
+                plane: Plane::Xy,
+                center_mm: [10.0, 0.0],
+                radius_from_mm: 10.0,
+                radius_to_mm: 10.0,
+                angle_from_rad: 0.0,
+                sweep_rad: 4.0 * PI,
+            }),
+        }
+    }
+
+    #[test]
+    fn a_helix_is_as_long_as_its_unrolled_triangle() {
+        assert!((helix().length_mm() - (40.0 * PI).hypot(4.0)).abs() < 1e-12);
+        let quarter = helix().point_at(0.125);
+        assert!((quarter[Axis::X] - 10.0).abs() < 1e-12);
+        assert!((quarter[Axis::Y] - 10.0).abs() < 1e-12);
+        assert!((quarter[Axis::Z] - 0.5).abs() < 1e-12);
+        assert_eq!(helix().point_at(1.0), helix().to_mm);
+    }
+
+    #[test]
+    fn rates_bound_what_the_axes_do() {
+        let mut arc = helix();
+        let Curve::Arc(curve) = &mut arc.curve else { unreachable!() };
+        curve.angle_from_rad = 0.3;
+        curve.sweep_rad = 0.9;
+        (arc.from_mm, arc.to_mm) = (Point::ZERO, Point::ZERO);
+        for end in [0.0, 1.0] {
+            let [x, y] = curve.point_at(end);
+            *if end == 0.0 { &mut arc.from_mm } else { &mut arc.to_mm } = xyz(x, y, end);
+        }
+        let (rates, length, step) = (arc.axis_rates(), arc.length_mm(), 1e-4);
+        for k in 1..9999 {
+            let share = f64::from(k) * step;
+            let (a, b) = (arc.point_at(share), arc.point_at(share + step));
+            for axis in Axis::LINEAR {
+                let speed = (b[axis] - a[axis]).abs() / (step * length);
+                assert!(speed <= rates[axis].speed + 1e-9, "{axis} at {share}: {speed}");
+            }
+        }
+        // x goes as the cosine: its speed is greatest at the end, sin(1.2).
+        assert!((rates[Axis::X].speed - 1.2_f64.sin() * 9.0 / length).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_move_in_rotary_axes_alone_is_measured_in_degrees() {
+        let mut turn = helix();
+        turn.curve = Curve::Line;
+        turn.to_mm = turn.from_mm;
+        turn.to_mm[Axis::A] += 90.0;
+        assert_eq!(turn.length_mm(), 90.0);
+        assert_eq!(turn.point_at(0.5)[Axis::A], 45.0);
+    }
 }
