@@ -11,7 +11,7 @@ use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use crate::wire::codec;
 use crate::wire::error::JobError;
 use crate::wire::node::{ANSWER_PAUSE_US, SPI_US, START};
-use crate::wire::nodes::byte_ns;
+use crate::wire::nodes::{ExecutedTick, byte_ns};
 use crate::wire::order;
 
 /// A whole job, ready for the bus.
@@ -21,6 +21,8 @@ pub struct Job {
     pub steps: Vec<Step>,
     /// Machine position at the start, in motor steps.
     pub start_steps: AxisMap<i64>,
+    /// The same in mm on the axes that the machine has; degrees on rotary axes.
+    pub start_mm: AxisMap<f64>,
     /// Machine position at the end, in motor steps.
     pub end_steps: AxisMap<i64>,
     /// Least and greatest machine position of each axis that moves; degrees on rotary axes.
@@ -108,13 +110,16 @@ impl Job {
         nodes.sort_unstable();
         nodes.dedup();
         let low_high = cutter.extents_steps;
+        let mm = |axis: Axis, steps: i64| {
+            machine.axis(axis).map_or(0.0, |profile| steps as f64 / profile.steps_per_mm)
+        };
         Ok(Job {
             start_steps,
+            start_mm: AxisMap::from_fn(|axis| mm(axis, start_steps[axis])),
             end_steps: cutter.position,
             extents_mm: AxisMap::from_fn(|axis| {
-                let mm = |steps: i64| machine.axis(axis).map(|p| steps as f64 / p.steps_per_mm);
                 let [low, high] = low_high[axis];
-                (low != high).then(|| mm(low).zip(mm(high)).map(|(low, high)| [low, high]))?
+                (low != high).then(|| [mm(axis, low), mm(axis, high)])
             }),
             ticks: cutter.steps.iter().map(ticks).sum(),
             nodes,
@@ -130,7 +135,24 @@ impl Job {
         })
     }
 
-    /// All events and the number of buffers before each, in order.
+    /// The first tick, from 0, that nodes did not execute as planned, and its line; the line is
+    /// that of the last tick if they executed more.
+    pub fn first_difference(&self, executed: &[ExecutedTick]) -> Option<(u64, u32)> {
+        let tick = |buffer: &'_ Buffer, tick| (buffer.lines[tick], buffer.counts(tick));
+        let mut rest = executed.iter();
+        let (mut at, mut last_line) = (0, 0);
+        for buffer in self.buffers() {
+            for (line, counts) in (0..buffer.lines.len()).map(|at| tick(buffer, at)) {
+                if rest.next().is_none_or(|executed| executed.counts != counts) {
+                    return Some((at, line));
+                }
+                (at, last_line) = (at + 1, line);
+            }
+        }
+        rest.next().map(|_| (at, last_line))
+    }
+
+    /// All events, in order.
     pub fn events(&self) -> impl Iterator<Item = &Event> {
         self.steps.iter().flat_map(|step| match step {
             Step::Buffer(buffer) => buffer.events.iter().map(|(_, event)| event).collect(),

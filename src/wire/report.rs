@@ -1,7 +1,7 @@
 //! How a job on the bus ended: what was acknowledged, what failed, and what is known of each
 //! axis's position.
 
-use crate::base::{Axis, AxisMap};
+use crate::base::Axis;
 
 /// What was going on when something failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,18 +145,20 @@ impl Position {
 }
 
 /// Where an axis stands at the end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisEnd {
     /// The axis.
     pub axis: Axis,
     /// Machine position in steps, as far as acknowledged.
     pub steps: i64,
+    /// The same in mm; degrees on rotary axes.
+    pub position_mm: f64,
     /// What that is worth.
     pub position: Position,
 }
 
 /// How a job ended, in full.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Ending {
     /// How.
     pub end: End,
@@ -172,14 +174,4 @@ pub struct Ending {
     pub late_us: u64,
     /// By how much the latest tick came late.
     pub late_us_max: u64,
-}
-
-/// Where every axis stands after acknowledged steps only.
-pub(super) fn axes(
-    nodes: impl IntoIterator<Item = Axis>,
-    steps: &AxisMap<i64>,
-    position: impl Fn(Axis) -> Position,
-) -> Vec<AxisEnd> {
-    let end = |axis: Axis| AxisEnd { axis, steps: steps[axis], position: position(axis) };
-    nodes.into_iter().map(end).collect()
 }

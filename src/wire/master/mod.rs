@@ -22,7 +22,7 @@ use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
 use crate::wire::job::{self, Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
 use crate::wire::nodes::byte_ns;
-use crate::wire::report::{self, End, Ending, Fault, Position};
+use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
 
 use self::run::Run;
 use self::script::{Action, Ask, Question};
@@ -132,7 +132,8 @@ enum State {
 pub struct Master {
     job: Job,
     timing: Timing,
-    axes: Vec<Axis>,
+    /// Axes that have a node, and their steps a mm.
+    axes: Vec<(Axis, f64)>,
     slow_steps: AxisMap<u32>,
     state: State,
     script: VecDeque<Action>,
@@ -165,11 +166,13 @@ impl Master {
             let profile = machine.axis(axis);
             profile.map_or(0, |p| (p.start_speed_mm_s * tick_s * p.steps_per_mm) as u32)
         });
+        let with_node =
+            machine.axes.iter().filter(|profile| machine.bus.nodes.contains_key(&profile.axis));
         Master {
             position: job.start_steps,
             job,
             timing,
-            axes: machine.bus.nodes.keys().copied().collect(),
+            axes: with_node.map(|profile| (profile.axis, profile.steps_per_mm)).collect(),
             slow_steps,
             state: State::Next,
             script: VecDeque::new(),
@@ -272,6 +275,11 @@ impl Master {
     /// The job.
     pub fn job(&self) -> &Job {
         &self.job
+    }
+
+    /// Gives the job back.
+    pub fn into_job(self) -> Job {
+        self.job
     }
 
     /// The operator wants motion to stop. The first call stops where all axes are slow enough to
@@ -459,7 +467,12 @@ impl Master {
             (false, true) => Position::KnownUntilPowerOff,
             (false, false) => Position::Known,
         };
-        let axes = report::axes(self.axes.iter().copied(), &self.position, position);
+        let axis_end = |(axis, steps_per_mm): &(Axis, f64)| {
+            let steps = self.position[*axis];
+            let position_mm = steps as f64 / steps_per_mm;
+            AxisEnd { axis: *axis, steps, position_mm, position: position(*axis) }
+        };
+        let axes = self.axes.iter().map(axis_end).collect();
         self.script.clear();
         self.state = State::Ended;
         self.events.push_back(MasterEvent::Ended(Ending {
