@@ -15,7 +15,21 @@ pub fn source(file: &Path) -> anyhow::Result<Source> {
     Source::open(file).with_context(|| file.display().to_string())
 }
 
-/// Loads the profile that the user named.
+/// Loads the profile that `--machine` names, and says its warnings.
 pub fn machine(global: &Global) -> anyhow::Result<Machine> {
-    Ok(Machine::load(&global.machine)?)
+    profile(&global.machine, global)
+}
+
+/// Loads a profile by name or from a file, and says its warnings.
+pub fn profile(name_or_file: &str, global: &Global) -> anyhow::Result<Machine> {
+    let machine = Machine::load(name_or_file)?;
+    warn(&machine, global);
+    Ok(machine)
+}
+
+/// Says what a profile allows but will not work as hoped.
+pub fn warn(machine: &Machine, global: &Global) {
+    if !global.quiet {
+        machine.warnings().iter().for_each(|warning| say!("warning: {}: {warning}", machine.id));
+    }
 }
