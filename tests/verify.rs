@@ -275,17 +275,15 @@ fn a_missing_end_fails() {
 fn events_fail_when_they_are_others_or_elsewhere() {
     check_fails("events", |job| job.retain(|c| *c != job_event("G4 P0.5", 7)));
     check_fails("events", |job| job[0] = job_event("M4 S1200", 1));
-    let report = check_fails("events", |job| {
-        let at = job.iter().position(|c| *c == job_event("G4 P0.5", 7)).expect("the event");
-        job.swap(at, at - 1);
-    });
-    let reason = report.failures.iter().find(|failure| failure.starts_with("events"));
-    assert!(reason.is_some_and(|reason| reason.contains("G4 P0.5 of line 7")), "{reason:?}");
-    check_fails("rest", |job| {
+    let early = |job: &mut Vec<Command>| {
         let at = job.iter().position(|c| *c == job_event("G4 P0.5", 7)).expect("the event");
         let event = job.remove(at);
         job.insert(at - 60, event);
-    });
+    };
+    let report = check_fails("events", early);
+    let reason = report.failures.iter().find(|failure| failure.starts_with("events"));
+    assert!(reason.is_some_and(|reason| reason.contains("G4 P0.5 of line 7")), "{reason:?}");
+    check_fails("rest", early);
 }
 
 fn job_event(text: &str, line: u32) -> Command {
