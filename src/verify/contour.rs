@@ -32,7 +32,7 @@ const WORST_BLOCKS: usize = 10;
 pub struct Contour {
     /// Whether the bound suffices.
     pub within: bool,
-    /// The Fréchet distance, to a thousandth of the bound (beyond it, to a hundredth of itself).
+    /// The Fréchet distance, to a thousandth of the bound (beyond it, of itself).
     pub max_mm: f64,
     /// Whether `max_mm` is all that could be found out, and the error is greater.
     pub more: bool,
@@ -82,10 +82,11 @@ where
         let rungs = std::array::from_fn(|rung| bound_mm * (rung + 1) as f64 / RUNGS as f64);
         let mut found = self.ladder(&rungs, bound_mm, u64::MAX)?;
         let within = found.least_mm.is_some();
-        // Each ladder upwards spans eight octaves: 0.0137 mm grows to 3.5 mm, then to 900 mm.
+        // Each ladder upwards spans four octaves: 0.0137 mm grows to 0.22 mm, 3.5 mm, 56 mm, 900 mm.
+        // The wider the distance, the more of the path is in the window at once.
         let mut base_mm = bound_mm;
         while found.least_mm.is_none() && !found.gave_up && base_mm < 1000.0 {
-            let rungs = std::array::from_fn(|rung| base_mm * ((rung + 1) as f64 / 4.0).exp2());
+            let rungs = std::array::from_fn(|rung| base_mm * ((rung + 1) as f64 / 8.0).exp2());
             found = found.then(self.ladder(&rungs, base_mm, WORK_MAX)?);
             base_mm = rungs[RUNGS - 1];
         }

@@ -52,7 +52,7 @@ impl Feed {
         let axes = Axis::LINEAR.into_iter().filter_map(|axis| setup.machine.axis(axis));
         let step_mm = axes.map(|axis| 1.0 / axis.steps_per_mm).fold(0.0, f64::max);
         Feed {
-            tick_s: setup.machine.bus.tick_s(),
+            tick_s: setup.tick_s(),
             rounding_mm: ROUNDING_STEPS * step_mm,
             window: VecDeque::from([(0.0, feed_mm_s)]),
             excess_mm: 0.0,

@@ -94,7 +94,7 @@ struct AxisState {
 
 impl AxisState {
     fn new(profile: &AxisProfile, setup: &Setup) -> AxisState {
-        let tick_s = setup.machine.bus.tick_s();
+        let tick_s = setup.tick_s();
         let accel = profile.accel_max_mm_s2 * tick_s * tick_s * profile.steps_per_mm;
         let start = profile.start_speed_mm_s * tick_s * profile.steps_per_mm;
         AxisState {

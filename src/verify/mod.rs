@@ -43,12 +43,20 @@ pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 pub struct Setup<'a> {
     /// The machine that the commands are for.
     pub machine: &'a Machine,
+    /// Time of one tick: the profile's, unless the commands were made for another.
+    pub tick_us: u32,
     /// Where the machine stands before the first command.
     pub start_steps: AxisMap<i64>,
     /// The job was made without ramps: accelerations and rests are reported, not judged.
     pub constant_feed: bool,
     /// The commands hold the program's events, so these are compared too.
     pub with_events: bool,
+}
+
+impl Setup<'_> {
+    fn tick_s(&self) -> f64 {
+        f64::from(self.tick_us) * 1e-6
+    }
 }
 
 /// Commands or path that cannot be verified at all.
@@ -126,7 +134,7 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
         worst_blocks: matched.map(|matched| matched.worst_blocks.clone()).unwrap_or_default(),
         end_error_steps: axes().map(|axis| (axis, end_error(axis))).collect(),
         ticks: walk.ticks,
-        seconds: six_digits(walk.ticks as f64 * setup.machine.bus.tick_s()),
+        seconds: six_digits(walk.ticks as f64 * setup.tick_s()),
         max_steps_per_tick: axes()
             .map(|axis| (axis, walk.counts_max[axis]))
             .collect::<BTreeMap<_, _>>(),
