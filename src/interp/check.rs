@@ -101,36 +101,32 @@ pub fn check(
 /// Checks the words of what follows the main program: subprograms that are never called have
 /// faults too, and blocks outside of any are never run.
 fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
-    let mut in_program = run.end == End::NextProgram;
+    let mut in_program = matches!(run.end, End::NextProgram | End::GivenUp);
     // Faults of subprograms that were called have been reported when they were read.
-    let mut reported = in_program
+    let mut reported = run.end == End::NextProgram
         && program_number(&run.block).is_some_and(|(number, _)| run.library.has_read(number));
     let mut after_end_said = false;
     let mut block = Block::default();
     let mut faults = Vec::new();
-    if run.end == End::NextProgram {
-        let line = run.lines.number();
-        run.executor.check_codes(&run.block, &mut faults);
-        let place = Place { line, text: b"", calls: &[] };
-        run.findings.take(&mut faults, place);
-    }
-    while let Some(line) = run.lines.next_line()? {
+    while run.end != End::NotText {
+        let Some(line) = run.lines.next_line()? else { return Ok(()) };
         parse_line(&line, &mut block, &mut faults);
         let place = Place { line: line.number, text: line.bytes, calls: &[] };
-        let is_text = faults.iter().all(|fault| fault.rule != &rules::NOT_TEXT);
+        let is_blank = block.is_empty() && faults.is_empty();
         if run.end == End::Text {
             faults.clear();
+        } else if faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
+            run.end = End::NotText;
         } else if run.tape.ends_at(&block) {
             run.end = End::Text;
             in_program = false;
-        }
-        if let Some((number, _)) = program_number(&block).filter(|_| run.end != End::Text) {
+        } else if let Some((number, _)) = program_number(&block) {
             in_program = true;
             reported = run.library.has_read(number);
         }
         if in_program {
             run.executor.check_codes(&block, &mut faults);
-        } else if !block.is_empty() && !block.percent && !after_end_said {
+        } else if !is_blank && !block.percent && !after_end_said {
             after_end_said = true;
             let message = "this and what follows stands after the program's end: it is not run";
             let fault = Fault::block(&rules::AFTER_END, &block, message);
@@ -140,9 +136,6 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
             faults.clear();
         }
         run.findings.take(&mut faults, place);
-        if !is_text {
-            break;
-        }
     }
     Ok(())
 }

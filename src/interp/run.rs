@@ -37,8 +37,12 @@ pub(super) enum End {
     Word,
     /// The O word of the next program.
     NextProgram,
-    /// The closing `%`, the end of the text, or bytes that are none.
+    /// It was given up: too many calls.
+    GivenUp,
+    /// The closing `%`, or the end of the text.
     Text,
+    /// Bytes that are no text: nothing after them is worth reading.
+    NotText,
 }
 
 /// A run of a program.
@@ -110,12 +114,19 @@ impl<'a> Run<'a> {
         let place = Place { line: line.number, text: line.bytes, calls: &[] };
         let mut flow = Flow::Next;
         if self.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
-            self.end = End::Text;
+            self.end = End::NotText;
         } else if self.tape.ends_at(&self.block) {
             self.end = End::Text;
         } else if !self.block.is_empty() && !self.block.percent {
             if let Some((number, _)) = program_number(&self.block) {
                 if self.blocks > 0 {
+                    // What is wrong with a body that was called has been reported with it.
+                    if self.library.has_read(number) {
+                        self.faults.clear();
+                    } else {
+                        self.executor.check_codes(&self.block, &mut self.faults);
+                    }
+                    self.findings.take(&mut self.faults, place);
                     self.end = End::NextProgram;
                     self.missing_end();
                     return Ok(());
@@ -160,10 +171,11 @@ impl<'a> Run<'a> {
         if !self.faults.is_empty() {
             self.findings.take(&mut self.faults, place);
         }
-        self.calls = calls.clone();
         if flow == Flow::Next {
+            self.calls = calls;
             return Ok(());
         }
+        self.calls.clone_from(&calls);
         self.follow(flow, block, Place { line, text, calls: &calls })
     }
 
@@ -223,7 +235,7 @@ impl<'a> Run<'a> {
         if self.calls_made > CALLS_MAX {
             let message = format!("more than {CALLS_MAX} calls: O{number} is not run again");
             self.findings.take(&mut vec![Fault::block(&rules::CALL_COUNT, block, message)], place);
-            self.end = End::Word;
+            self.end = End::GivenUp;
             return Ok(());
         }
         match self.library.body(number, &mut self.findings)? {
@@ -240,7 +252,7 @@ impl<'a> Run<'a> {
                 let fault = if names.is_empty() {
                     fault.help(format!("write it after M30, as O{number} up to M99"))
                 } else {
-                    fault.help(format!("there are {}", names.join(", ")))
+                    fault.help(format!("it holds {}", names.join(", ")))
                 };
                 self.findings.take(&mut vec![fault], place);
             }
