@@ -1,16 +1,23 @@
 //! Machine profiles: what a machine's axes and bus can do. TOML; the built-in ones are files too.
 //!
 //! [`Machine::load`] takes a name or a file; [`Machine::parse`] checks every value, so that the
-//! stages behind it need not. Unknown keys are errors.
+//! stages behind it need not. Unknown keys are errors, and all errors are told at once. A profile
+//! is not held against the machine itself: nothing here asks a node.
 
+mod canonical;
+mod error;
 mod file;
+mod keys;
 
+use std::collections::BTreeMap;
 use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
-pub use self::file::ProfileError;
+pub use self::error::ProfileError;
 use crate::base::{Axis, AxisMap, Point};
 
 /// The profile used when none is named.
@@ -38,6 +45,10 @@ pub struct Machine {
     pub arc_radius_tolerance_mm: f64,
     /// How G0 moves.
     pub rapid: Rapid,
+    /// What a stop inside a cut is worth when seams are placed.
+    pub seam_in_cut_penalty_s: f64,
+    /// The order in which axes are homed; empty: all are homed as the operator says.
+    pub home_order: Vec<Axis>,
     /// The machine's axes in the order of [`Axis`].
     pub axes: Vec<AxisProfile>,
     /// The bus to its nodes.
@@ -48,8 +59,7 @@ pub struct Machine {
 }
 
 /// How G0 moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rapid {
     /// All axes arrive together.
     Straight,
@@ -78,41 +88,34 @@ pub struct AxisProfile {
     pub home_mm: Option<f64>,
 }
 
-/// The bus and the nodes on it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// The bus and the nodes on it. With [`Protocol::None`] only the ticks and `count_max` mean
+/// something.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Bus {
     /// What is spoken on it.
     pub protocol: Protocol,
     /// Bits a second.
-    #[serde(default = "Bus::default_baud")]
     pub baud: u32,
     /// The host's period: counts are computed for it.
     pub tick_us: u32,
     /// How long a node takes over a byte.
     pub node_tick_us: u32,
     /// Entries of a node's buffer.
-    #[serde(default = "Bus::default_buffer_ticks")]
     pub buffer_ticks: u32,
     /// Most steps in a tick.
     pub count_max: u32,
     /// The host's ID.
-    #[serde(default = "Bus::default_host_id")]
     pub host_id: u8,
     /// Each axis's node.
-    #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
-    pub nodes: std::collections::BTreeMap<Axis, u8>,
-    /// Which node answers every tick: `auto` or an axis.
-    #[serde(default)]
+    pub nodes: BTreeMap<Axis, u8>,
+    /// Which node answers every tick.
     pub master: Master,
     /// How long to wait for an answer beyond the time of wire and tick.
-    #[serde(default = "Bus::default_reply_timeout_ms")]
     pub reply_timeout_ms: u32,
 }
 
 /// What is spoken on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Protocol {
     /// Node buffers, a sync byte a tick (seed 004, method C).
     Buffered,
@@ -130,34 +133,8 @@ pub enum Master {
     Axis(Axis),
 }
 
-impl Serialize for Master {
-    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Master::Auto => to.serialize_str("auto"),
-            Master::Axis(axis) => axis.serialize(to),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for Master {
-    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(from)?;
-        let axis = || match text.as_bytes() {
-            [letter] => Axis::from_letter(*letter),
-            _ => None,
-        };
-        if text == "auto" {
-            return Ok(Master::Auto);
-        }
-        axis().map(Master::Axis).ok_or_else(|| {
-            serde::de::Error::custom(format!("'{text}' is neither \"auto\" nor an axis"))
-        })
-    }
-}
-
 /// The spindle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spindle {
     /// Greatest speed.
     pub speed_max_rpm: u32,
@@ -165,23 +142,19 @@ pub struct Spindle {
     pub power_kw: f64,
 }
 
+/// Entries of a node's buffer: the firmware has these, always.
+pub const BUFFER_TICKS: u32 = 1500;
+/// The host's ID on the bus, which the firmware knows as the start command.
+pub const HOST_ID: u8 = 120;
+/// Zero entries at the end of every buffer, at least: the bus at rest before a refill (H11).
+pub const PADS_MIN: u32 = 4;
+/// What the host's period must exceed the node's tick by (H6): a perfect host needs 280 us for
+/// the master's answer and the next sync byte.
+pub const TICK_MARGIN_US: u32 = 280;
+/// Most steps a tick whose byte is never taken for an ID on the bus (H1).
+pub const COUNT_MAX_SAFE: u32 = 119;
+
 impl Bus {
-    fn default_baud() -> u32 {
-        38400
-    }
-
-    fn default_buffer_ticks() -> u32 {
-        1500
-    }
-
-    fn default_host_id() -> u8 {
-        120
-    }
-
-    fn default_reply_timeout_ms() -> u32 {
-        200
-    }
-
     /// The host's period in seconds.
     pub fn tick_s(&self) -> f64 {
         f64::from(self.tick_us) * 1e-6
@@ -190,12 +163,25 @@ impl Bus {
     /// Most ticks of motion in one buffer: at least [`PADS_MIN`] of its entries stay zero. None
     /// where there are no buffers.
     pub fn motion_ticks_max(&self) -> Option<u32> {
-        (self.protocol == Protocol::Buffered).then(|| self.buffer_ticks - PADS_MIN)
+        (self.protocol == Protocol::Buffered).then(|| self.buffer_ticks.saturating_sub(PADS_MIN))
+    }
+
+    /// What stands for a bus that the profile does not tell of; such a profile is refused.
+    fn unconnected() -> Bus {
+        Bus {
+            protocol: Protocol::None,
+            baud: 38_400,
+            tick_us: 10_000,
+            node_tick_us: 10_000,
+            buffer_ticks: BUFFER_TICKS,
+            count_max: 1,
+            host_id: HOST_ID,
+            nodes: BTreeMap::new(),
+            master: Master::Auto,
+            reply_timeout_ms: 200,
+        }
     }
 }
-
-/// Zero entries at the end of every buffer, at least: the bus at rest before a refill (H11).
-pub const PADS_MIN: u32 = 4;
 
 impl Machine {
     /// Finds a profile by the name of a built-in one, or else as a file.
@@ -203,30 +189,65 @@ impl Machine {
     /// # Errors
     /// When there is no such profile, or it is wrong.
     pub fn load(name_or_file: &str) -> Result<Machine, ProfileError> {
-        if let Some((id, text)) = BUILT_IN.iter().find(|(id, _)| *id == name_or_file) {
-            return Machine::parse(id, text);
+        match BUILT_IN.iter().find(|(id, _)| *id == name_or_file) {
+            Some((id, text)) => Machine::parse(id, text),
+            None => Machine::open(name_or_file),
         }
-        let path = Path::new(name_or_file);
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(error) => return Err(ProfileError::unreadable(name_or_file, error)),
-        };
-        let id = path.file_stem().map_or(name_or_file.into(), |stem| stem.to_string_lossy());
-        Machine::parse(&id, &text)
+    }
+
+    /// Reads a profile from a file, whatever its name.
+    ///
+    /// # Errors
+    /// When there is no such file, it cannot be read, or it is wrong.
+    pub fn open(file: &str) -> Result<Machine, ProfileError> {
+        let path = Path::new(file);
+        let text = read(path).map_err(|reason| match reason.kind() {
+            io::ErrorKind::NotFound => ProfileError::NotFound { name: file.to_owned() },
+            _ => ProfileError::Unreadable { file: file.to_owned(), reason },
+        })?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        file::parse(file, &stem.replace(|c: char| c.is_whitespace() || c.is_control(), "_"), &text)
     }
 
     /// Reads a profile from TOML and checks it.
     ///
     /// # Errors
-    /// Names the key at fault, and what may stand there.
+    /// Names every key at fault, its place, and what may stand there.
     pub fn parse(id: &str, text: &str) -> Result<Machine, ProfileError> {
-        file::parse(id, text)
+        file::parse(id, id, text)
+    }
+
+    /// What is allowed but will not work as hoped.
+    pub fn warnings(&self) -> Vec<String> {
+        let bus = &self.bus;
+        let least_us = bus.node_tick_us.saturating_add(TICK_MARGIN_US);
+        let mut warnings = Vec::new();
+        if bus.protocol == Protocol::Buffered && bus.tick_us < least_us {
+            warnings.push(format!(
+                "bus.tick_us = {} is less than node_tick_us + {TICK_MARGIN_US} = {least_us}: nodes \
+                 would lose step with each other, and `cnc send` refuses it",
+                bus.tick_us
+            ));
+        }
+        if bus.protocol == Protocol::Buffered && bus.count_max > COUNT_MAX_SAFE {
+            warnings.push(format!(
+                "bus.count_max = {} is more than {COUNT_MAX_SAFE}: bytes from 120 on are IDs on \
+                 the bus, and `cnc send` refuses a job that holds one",
+                bus.count_max
+            ));
+        }
+        warnings
     }
 
     /// The profile in its canonical form: every value, in a fixed order. Its hash is the
     /// machine's seal in a dump.
     pub fn to_toml(&self) -> &str {
         &self.toml
+    }
+
+    /// SHA-256 of [`Machine::to_toml`].
+    pub fn sha256(&self) -> [u8; 32] {
+        Sha256::digest(&self.toml).into()
     }
 
     /// The profile of an axis, if the machine has it.
@@ -245,6 +266,15 @@ impl Machine {
         steps
     }
 
+    /// Machine position of motor steps, on each axis; 0 on axes the machine lacks.
+    pub fn position_mm(&self, steps: &AxisMap<i64>) -> Point {
+        let mut position_mm = Point::ZERO;
+        for profile in &self.axes {
+            position_mm[profile.axis] = steps[profile.axis] as f64 / profile.steps_per_mm;
+        }
+        position_mm
+    }
+
     /// Most steps an axis makes in one tick: the byte's range, and what the axis's greatest
     /// speed allows within the node's own tick, in which its pulses come.
     pub fn count_max(&self, profile: &AxisProfile) -> u32 {
@@ -253,6 +283,18 @@ impl Machine {
         // 1e-9 forgives what the product's rounding takes off a whole number.
         self.bus.count_max.min((by_speed * (1.0 + 1e-9)) as u32)
     }
+}
+
+/// A profile of more than 1 MiB is some other file.
+const FILE_MAX_BYTES: u64 = 1 << 20;
+
+fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let bytes = File::open(path)?.take(FILE_MAX_BYTES + 1).read_to_string(&mut text)?;
+    if bytes as u64 > FILE_MAX_BYTES {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "no profile is this large"));
+    }
+    Ok(text)
 }
 
 impl fmt::Display for Machine {

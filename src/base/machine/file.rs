@@ -1,165 +1,285 @@
-//! The TOML file of a machine profile: its keys, and the checks behind them.
+//! The keys of a machine profile → [`Machine`]. What a key may say stands here, once; values
+//! that must fit each other are checked when each is right by itself.
 
 use std::collections::BTreeMap;
-use std::io;
 
-use serde::{Deserialize, Serialize};
+use super::keys::Keys;
+use super::{
+    AxisProfile, BUFFER_TICKS, Bus, HOST_ID, Machine, Master, ProfileError, Protocol, Rapid,
+    Spindle, canonical,
+};
+use crate::base::{Axis, AxisSet, Point};
 
-use super::{AxisProfile, BUILT_IN, Bus, Machine, Protocol, Rapid, Spindle};
-use crate::base::{Axis, Point};
+/// Greatest machine position, mm or degrees. With [`STEPS_MOST`] positions in steps stay below
+/// 10^12, where an f64 still tells 10^-4 steps apart.
+const POSITION_MOST: f64 = 1e6;
+/// Most steps a mm or degree.
+const STEPS_MOST: f64 = 1e6;
+/// Most steps a tick without a bus: what keeps sums over windows of ticks within an i32.
+const COUNT_MOST: u32 = 1_000_000;
 
-/// A profile that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ProfileError {
-    /// Neither built in nor a file that can be read.
-    #[error("no machine profile '{name}': {reason}; built in are {}", built_in_names())]
-    Unreadable {
-        /// What was asked for.
-        name: String,
-        /// Why it cannot be read.
-        reason: io::Error,
-    },
-    /// The text is no TOML, or a key or its type is wrong. The message shows the place.
-    #[error("machine profile '{id}': {message}")]
-    Syntax {
-        /// The profile.
-        id: String,
-        /// What is wrong, and where.
-        message: String,
-    },
-    /// A value that no machine can have.
-    #[error("machine profile '{id}': {key} = {value}: {expected}")]
-    Value {
-        /// The profile.
-        id: String,
-        /// The key at fault, with its table.
-        key: String,
-        /// What it says.
-        value: String,
-        /// What it may say.
-        expected: String,
-    },
-}
-
-impl ProfileError {
-    pub(super) fn unreadable(name: &str, reason: io::Error) -> Self {
-        ProfileError::Unreadable { name: name.to_owned(), reason }
+/// Reads and checks a profile. `file` is the name to show, `id` that of the machine.
+pub(super) fn parse(file: &str, id: &str, text: &str) -> Result<Machine, ProfileError> {
+    let mut keys = Keys::parse(text);
+    let machine = machine(&mut keys, id);
+    if keys.check_complete() {
+        fit(&mut keys, &machine);
     }
-}
-
-fn built_in_names() -> String {
-    BUILT_IN.map(|(id, _)| id).join(", ")
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    name: String,
-    work_zero_mm: BTreeMap<Axis, f64>,
-    path_tolerance_mm: f64,
-    arc_radius_tolerance_mm: f64,
-    #[serde(default = "straight")]
-    rapid: Rapid,
-    axes: BTreeMap<Axis, AxisFile>,
-    bus: Bus,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spindle: Option<Spindle>,
-}
-
-fn straight() -> Rapid {
-    Rapid::Straight
-}
-
-/// Each key stands once with mm and once with degrees; an axis has those of its kind.
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-enum AxisFile {
-    Linear(LinearFile),
-    Rotary(RotaryFile),
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LinearFile {
-    steps_per_mm: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    travel_mm: Option<[f64; 2]>,
-    speed_max_mm_s: f64,
-    accel_max_mm_s2: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    jerk_max_mm_s3: Option<f64>,
-    #[serde(default)]
-    start_speed_mm_s: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    home_mm: Option<f64>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RotaryFile {
-    steps_per_deg: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    travel_deg: Option<[f64; 2]>,
-    speed_max_deg_s: f64,
-    accel_max_deg_s2: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    jerk_max_deg_s3: Option<f64>,
-    #[serde(default)]
-    start_speed_deg_s: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    home_deg: Option<f64>,
-}
-
-pub(super) fn parse(id: &str, text: &str) -> Result<Machine, ProfileError> {
-    let syntax = |message: String| ProfileError::Syntax { id: id.to_owned(), message };
-    let file: File = toml::from_str(text).map_err(|error| syntax(error.to_string()))?;
-    let toml = toml::to_string(&file).map_err(|error| syntax(error.to_string()))?;
-    let mut work_zero_mm = Point::ZERO;
-    for (axis, zero) in &file.work_zero_mm {
-        work_zero_mm[*axis] = *zero;
+    let faults = keys.into_faults();
+    if !faults.is_empty() {
+        return Err(ProfileError::Wrong { file: file.to_owned(), faults });
     }
-    let machine = Machine {
-        id: id.to_owned(),
-        name: file.name,
-        work_zero_mm,
-        path_tolerance_mm: file.path_tolerance_mm,
-        arc_radius_tolerance_mm: file.arc_radius_tolerance_mm,
-        rapid: file.rapid,
-        axes: file.axes.iter().map(|(axis, keys)| profile(*axis, keys)).collect(),
-        bus: file.bus,
-        spindle: file.spindle,
-        toml,
+    Ok(Machine { toml: canonical::text(&machine), ..machine })
+}
+
+/// The unit in the names of an axis's keys.
+pub(super) fn unit(axis: Axis) -> &'static str {
+    if axis.is_rotary() { "deg" } else { "mm" }
+}
+
+fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
+    let name = keys.string_if("name").unwrap_or_else(|| id.to_owned());
+    if name.chars().any(char::is_control) || name.trim().is_empty() {
+        keys.wrong("name", "a name of one line is expected".into(), None);
+    }
+    let work_zero_mm = work_zero(keys);
+    let path_tolerance_mm = keys.number("path_tolerance_mm", 1e-6..=10.0);
+    let arc_radius_tolerance_mm = keys.number("arc_radius_tolerance_mm", 1e-6..=10.0);
+    let rapids = [("straight", Rapid::Straight), ("independent", Rapid::Independent)];
+    let rapid = keys.choice("rapid", &rapids, Some(Rapid::Straight));
+    let seam_in_cut_penalty_s =
+        keys.number_if("seam_in_cut_penalty_s", 0.0..=3600.0).unwrap_or(5.0);
+    let home_order = home_order(keys);
+    keys.unsupported(
+        "hooks",
+        "hook commands for spindle, coolant and tool change are not supported by this version",
+        "remove the table: M3-M9, S and T are then reported and passed",
+    );
+    let axes = if keys.table("axes") {
+        Axis::ALL.into_iter().filter_map(|axis| axis_profile(keys, axis)).collect()
+    } else {
+        Vec::new()
     };
-    check(&machine)?;
-    Ok(machine)
-}
-
-fn profile(axis: Axis, keys: &AxisFile) -> AxisProfile {
-    match keys {
-        AxisFile::Linear(keys) => AxisProfile {
-            axis,
-            steps_per_mm: keys.steps_per_mm,
-            travel_mm: keys.travel_mm,
-            speed_max_mm_s: keys.speed_max_mm_s,
-            accel_max_mm_s2: keys.accel_max_mm_s2,
-            jerk_max_mm_s3: keys.jerk_max_mm_s3,
-            start_speed_mm_s: keys.start_speed_mm_s,
-            home_mm: keys.home_mm,
-        },
-        AxisFile::Rotary(keys) => AxisProfile {
-            axis,
-            steps_per_mm: keys.steps_per_deg,
-            travel_mm: keys.travel_deg,
-            speed_max_mm_s: keys.speed_max_deg_s,
-            accel_max_mm_s2: keys.accel_max_deg_s2,
-            jerk_max_mm_s3: keys.jerk_max_deg_s3,
-            start_speed_mm_s: keys.start_speed_deg_s,
-            home_mm: keys.home_deg,
-        },
+    let bus = bus(keys);
+    let spindle = keys.has_table("spindle").then(|| Spindle {
+        speed_max_rpm: keys.integer("spindle.speed_max_rpm", 1..=1_000_000),
+        power_kw: keys.number("spindle.power_kw", 1e-3..=1e3),
+    });
+    Machine {
+        id: id.to_owned(),
+        name,
+        work_zero_mm,
+        path_tolerance_mm,
+        arc_radius_tolerance_mm,
+        rapid,
+        seam_in_cut_penalty_s,
+        home_order,
+        axes,
+        bus,
+        spindle,
+        toml: String::new(),
     }
 }
 
-fn check(machine: &Machine) -> Result<(), ProfileError> {
-    let _ = (machine, Protocol::Buffered);
-    Ok(())
+fn work_zero(keys: &mut Keys<'_>) -> Point {
+    let mut zero = Point::ZERO;
+    for (table, rotary) in [("work_zero_mm", false), ("work_zero_deg", true)] {
+        if keys.has_table(table) {
+            for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary() == rotary) {
+                let range = -POSITION_MOST..=POSITION_MOST;
+                zero[axis] = keys.number_if(&format!("{table}.{axis}"), range).unwrap_or(0.0);
+            }
+        }
+    }
+    zero
+}
+
+fn home_order(keys: &mut Keys<'_>) -> Vec<Axis> {
+    let names = keys.strings_if("home_order").unwrap_or_default();
+    let axes: Vec<Axis> = names.iter().filter_map(|name| axis_named(name)).collect();
+    let once: AxisSet = axes.iter().copied().collect();
+    if axes.len() < names.len() || once.iter().count() < axes.len() {
+        let help = Some("as in [\"Z\", \"X\", \"Y\"]".to_owned());
+        keys.wrong("home_order", "a list of axes, each once, is expected".into(), help);
+    }
+    axes
+}
+
+fn axis_named(name: &str) -> Option<Axis> {
+    match name.as_bytes() {
+        [letter] => Axis::from_letter(*letter),
+        _ => None,
+    }
+}
+
+fn axis_profile(keys: &mut Keys<'_>, axis: Axis) -> Option<AxisProfile> {
+    let table = format!("axes.{axis}");
+    if !keys.has_table(&table) {
+        return None;
+    }
+    let unit = unit(axis);
+    let position = -POSITION_MOST..=POSITION_MOST;
+    let speed_max = format!("{table}.speed_max_{unit}_s");
+    Some(AxisProfile {
+        axis,
+        steps_per_mm: keys.number(&format!("{table}.steps_per_{unit}"), 1e-3..=STEPS_MOST),
+        travel_mm: keys.interval_if(&format!("{table}.travel_{unit}"), position.clone()),
+        speed_max_mm_s: keys.number(&speed_max, 1e-3..=1e6),
+        accel_max_mm_s2: keys.number(&format!("{table}.accel_max_{unit}_s2"), 1e-3..=1e12),
+        jerk_max_mm_s3: keys.number_if(&format!("{table}.jerk_max_{unit}_s3"), 1e-3..=1e15),
+        start_speed_mm_s: keys
+            .number_if(&format!("{table}.start_speed_{unit}_s"), 0.0..=1e6)
+            .unwrap_or(0.0),
+        home_mm: keys.number_if(&format!("{table}.home_{unit}"), position),
+    })
+}
+
+fn bus(keys: &mut Keys<'_>) -> Bus {
+    if !keys.table("bus") {
+        return Bus::unconnected();
+    }
+    let protocols = [("buffered", Protocol::Buffered), ("none", Protocol::None)];
+    let protocol = keys.choice("bus.protocol", &protocols, None);
+    let count_most = match protocol {
+        Protocol::Buffered => 127,
+        Protocol::None => COUNT_MOST,
+    };
+    keys.unsupported(
+        "bus.metronome_id",
+        "a metronome is not supported by this version",
+        "remove the key; a node that moves an axis is then master",
+    );
+    Bus {
+        protocol,
+        baud: keys.integer_if("bus.baud", 300..=10_000_000).unwrap_or(38_400),
+        tick_us: keys.integer("bus.tick_us", 10..=10_000_000),
+        node_tick_us: keys.integer("bus.node_tick_us", 10..=10_000_000),
+        buffer_ticks: keys.integer_if("bus.buffer_ticks", 1..=1_000_000).unwrap_or(BUFFER_TICKS),
+        count_max: keys.integer("bus.count_max", 1..=count_most),
+        host_id: keys.integer_if("bus.host_id", 0..=255).unwrap_or(HOST_ID.into()) as u8,
+        nodes: nodes(keys),
+        master: master(keys),
+        reply_timeout_ms: keys.integer_if("bus.reply_timeout_ms", 1..=60_000).unwrap_or(200),
+    }
+}
+
+fn nodes(keys: &mut Keys<'_>) -> BTreeMap<Axis, u8> {
+    let mut nodes = BTreeMap::new();
+    if keys.has_table("bus.nodes") {
+        for axis in Axis::ALL {
+            if let Some(id) = keys.integer_if(&format!("bus.nodes.{axis}"), 0..=255) {
+                nodes.insert(axis, id as u8);
+            }
+        }
+    }
+    nodes
+}
+
+fn master(keys: &mut Keys<'_>) -> Master {
+    let Some(word) = keys.string_if("bus.master") else { return Master::Auto };
+    let (message, help) = match (word.as_str(), axis_named(&word)) {
+        ("auto", _) => return Master::Auto,
+        (_, Some(axis)) => return Master::Axis(axis),
+        ("metronome", _) => ("a metronome is not supported by this version".to_owned(), "auto"),
+        _ => (format!("unknown value \"{word}\""), "auto"),
+    };
+    keys.wrong("bus.master", message, Some(format!("write \"{help}\" or an axis as \"X\"")));
+    Master::Auto
+}
+
+/// Checks values against each other.
+fn fit(keys: &mut Keys<'_>, machine: &Machine) {
+    if machine.axes.is_empty() {
+        keys.wrong("axes", "a machine has at least one axis".into(), None);
+    }
+    for profile in &machine.axes {
+        fit_axis(keys, machine, profile);
+    }
+    for axis in Axis::ALL.into_iter().filter(|axis| machine.axis(*axis).is_none()) {
+        let told_of = [
+            machine.work_zero_mm[axis] != 0.0,
+            machine.home_order.contains(&axis),
+            machine.bus.nodes.contains_key(&axis),
+            machine.bus.master == Master::Axis(axis),
+        ];
+        let paths = [
+            format!("work_zero_{}", unit(axis)),
+            "home_order".into(),
+            "bus.nodes".into(),
+            "bus.master".into(),
+        ];
+        for (path, _) in paths.iter().zip(told_of).filter(|(_, told)| *told) {
+            keys.wrong(
+                path,
+                format!("this machine has no axis {axis}: [axes.{axis}] is missing"),
+                None,
+            );
+        }
+    }
+    if machine.bus.protocol == Protocol::Buffered {
+        fit_buffered_bus(keys, machine);
+    }
+}
+
+fn fit_axis(keys: &mut Keys<'_>, machine: &Machine, profile: &AxisProfile) {
+    let (axis, unit) = (profile.axis, unit(profile.axis));
+    if profile.start_speed_mm_s > profile.speed_max_mm_s {
+        let message = format!("is above speed_max_{unit}_s = {}", profile.speed_max_mm_s);
+        keys.wrong(&format!("axes.{axis}.start_speed_{unit}_s"), message, None);
+    }
+    let zero = machine.work_zero_mm[axis];
+    if let Some([low, high]) = profile.travel_mm
+        && !(low..=high).contains(&zero)
+    {
+        let message = format!("{axis} = {zero} is outside of the axis's travel, {low} to {high}");
+        keys.wrong(&format!("work_zero_{unit}"), message, None);
+    }
+    if machine.count_max(profile) == 0 {
+        let message = format!(
+            "is less than one step in node_tick_us = {}: the axis could never move",
+            machine.bus.node_tick_us
+        );
+        keys.wrong(&format!("axes.{axis}.speed_max_{unit}_s"), message, None);
+    }
+}
+
+/// What the node firmware holds fixed, and IDs that would be taken for data.
+fn fit_buffered_bus(keys: &mut Keys<'_>, machine: &Machine) {
+    let bus = &machine.bus;
+    if bus.buffer_ticks != BUFFER_TICKS {
+        let message = format!("the node firmware's buffer has {BUFFER_TICKS} entries, always");
+        keys.wrong("bus.buffer_ticks", message, Some(format!("write {BUFFER_TICKS}")));
+    }
+    if bus.host_id != HOST_ID {
+        let message = format!("the node firmware starts on {HOST_ID} only");
+        keys.wrong("bus.host_id", message, Some(format!("write {HOST_ID}")));
+    }
+    let mut owners: BTreeMap<u8, Axis> = BTreeMap::new();
+    for (axis, id) in &bus.nodes {
+        let path = format!("bus.nodes.{axis}");
+        match id {
+            120 => keys.wrong(
+                &path,
+                "120 is the host's ID: the start command would fill this node".into(),
+                Some("set the node's switch to 1..15, which is ID 121..135".into()),
+            ),
+            121..=135 => {}
+            _ => keys.wrong(
+                &path,
+                "node IDs are 120 plus the node's switch: 121 to 135".into(),
+                None,
+            ),
+        }
+        if let Some(other) = owners.insert(*id, *axis) {
+            keys.wrong(&path, format!("axis {other} has ID {id} already"), None);
+        }
+    }
+    for profile in &machine.axes {
+        if !bus.nodes.contains_key(&profile.axis) {
+            let message = format!("axis {} has no node", profile.axis);
+            let help = Some("as in nodes = { X = 122, Y = 123, Z = 124 }".to_owned());
+            let path = if bus.nodes.is_empty() { "bus" } else { "bus.nodes" };
+            keys.wrong(path, message, help);
+        }
+    }
 }

@@ -5,9 +5,30 @@ use clap::{ColorChoice, Parser, Subcommand};
 
 use crate::cmd;
 
-/// Headless toolchain for machine tools with distributed axis controllers on a serial bus.
+/// What `cnc --help` adds at its end.
+const EXAMPLES: &str = "\
+Examples:
+  cnc interpret part.nc                      what a program means, and all that is wrong with it
+  cnc interpolate part.nc                    time, ticks, extents, seams
+  cnc interpolate part.nc --csv -o part.csv  the steps of every tick
+  cnc verify part.nc part.csv                are those steps the programmed path?
+  cnc send sim: part.nc                      run it on simulated nodes
+  cnc send /dev/ttyUSB0 part.nc              run it on the machine
+  cnc machine show router                    what a machine can do
+
+Exit codes:
+  0    done, nothing wrong
+  1    the program, dump or job is bad
+  2    usage, machine profile or file trouble
+  3    the port, the bus or a node failed; the job did not finish
+  130  interrupted
+
+FILE may be - (standard input). Results go to standard output, messages to standard error.";
+
+/// Turns NC programs into synchronised steps for machine tools with distributed axis controllers,
+/// proves them right, and sends them over the serial bus
 #[derive(Debug, Parser)]
-#[command(name = "cnc", version, arg_required_else_help = true)]
+#[command(name = "cnc", version, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Args {
     #[command(flatten)]
     pub global: Global,

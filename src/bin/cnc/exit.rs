@@ -52,14 +52,14 @@ impl<T, E: Into<anyhow::Error>> ExitWith<T> for Result<T, E> {
     }
 }
 
-/// Prints what stopped a command and gives the process its exit code. A reader of our standard
-/// output that went away is no failure.
+/// Says what stopped a command and gives the process its exit code. A reader of our standard
+/// output that went away (`| head`) is no failure; a peer on the bus that did so is one.
 pub fn code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(exit) => ExitCode::from(exit as u8),
-        Err(failure) if is_broken_pipe(&failure.error) => ExitCode::SUCCESS,
+        Err(failure) if failure.code == 2 && is_broken_pipe(&failure.error) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {:#}", failure.error);
+            say!("error: {:#}", failure.error);
             ExitCode::from(failure.code)
         }
     }

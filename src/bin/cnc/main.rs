@@ -1,9 +1,24 @@
 //! `cnc`: NC programs go in, synchronised steps come out, proved correct on the way.
+//!
+//! Results go to standard output, all else to standard error. A command returns how it ended;
+//! nothing below `main` ends the process.
+
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+/// Says a line on standard error. Unlike `eprintln!` it goes on when nobody can read it any more:
+/// a job must not die of a closed terminal.
+macro_rules! say {
+    ($($line:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($line)*);
+    }};
+}
 
 mod args;
 mod cmd;
 mod exit;
 mod input;
+mod interrupt;
 mod progress;
 mod report;
 

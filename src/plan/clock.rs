@@ -1,0 +1,43 @@
+//! Time on the machine's one continuous axis, counted in ticks.
+
+/// A moment: so many whole ticks after the start, and a share of the next. Two numbers, so that
+/// the share keeps its precision however long the job.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Default)]
+pub struct Moment {
+    /// Whole ticks since the job began.
+    pub tick: u64,
+    /// Share of the tick that has begun, from 0 to below 1.
+    pub share: f64,
+}
+
+/// A moment so close to a tick's boundary lies on it: what rounding makes of whole ticks.
+const SNAP_TICKS: f64 = 1e-9;
+
+impl Moment {
+    /// The moment so many ticks later.
+    pub fn after(self, ticks: f64) -> Moment {
+        let total = self.share + ticks;
+        let nearest = total.round();
+        let (whole, share) = if (total - nearest).abs() < SNAP_TICKS {
+            (nearest, 0.0)
+        } else {
+            (total.floor(), total - total.floor())
+        };
+        Moment { tick: self.tick + whole as u64, share }
+    }
+
+    /// The first boundary of a tick that is not before this moment.
+    pub fn boundary(self) -> u64 {
+        self.tick + u64::from(self.share > 0.0)
+    }
+
+    /// Ticks from this moment to a boundary.
+    pub fn ticks_until(self, boundary: u64) -> f64 {
+        boundary as f64 - self.tick as f64 - self.share
+    }
+
+    /// The moment of a boundary.
+    pub fn at(boundary: u64) -> Moment {
+        Moment { tick: boundary, share: 0.0 }
+    }
+}

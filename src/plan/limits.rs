@@ -1,0 +1,124 @@
+//! How fast a segment may be run: what the limits of axes, bus and tick make of a speed along
+//! the path.
+
+use std::fmt;
+
+use crate::base::machine::AxisProfile;
+use crate::base::{Axis, Machine};
+use crate::path::{Arc, AxisRate, Curve, Segment};
+
+/// Speed and acceleration along a segment, and what set the speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Greatest speed along the path.
+    pub speed_mm_s: f64,
+    /// Greatest acceleration along the path, up to that speed.
+    pub accel_mm_s2: f64,
+    /// What set the speed.
+    pub bound: Bound,
+}
+
+/// What sets the speed of a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Bound {
+    /// The feed of the program.
+    Feed,
+    /// The greatest speed of an axis.
+    AxisSpeed(Axis),
+    /// The most steps that an axis's node makes in a tick.
+    Count(Axis),
+    /// The acceleration across the path of an arc.
+    Curvature(Axis),
+    /// The chord that a tick makes of an arc.
+    Chord,
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Bound::Feed => write!(f, "feed"),
+            Bound::AxisSpeed(axis) => write!(f, "speed of {axis}"),
+            Bound::Count(axis) => write!(f, "steps a tick of {axis}"),
+            Bound::Curvature(axis) => write!(f, "acceleration of {axis} in arcs"),
+            Bound::Chord => write!(f, "chord of a tick in arcs"),
+        }
+    }
+}
+
+/// Share of an axis's acceleration that an arc's curvature may take. The rest, sqrt(1 - 0.8²) =
+/// 0.6 of it, is left for the ramps, a quarter turn out of phase.
+const BEND_SHARE: f64 = 0.8;
+
+/// Share of `path_tolerance_mm` for the chords of arcs; the rest is for corners within a tick.
+const CHORD_SHARE: f64 = 0.5;
+
+/// Keeps a count below its limit whatever the rounding of positions does, in steps.
+const COUNT_MARGIN: f64 = 1e-6;
+
+/// The limits of a segment on a machine, with ramps or (seed's constant feed) without.
+pub fn of(segment: &Segment, machine: &Machine, with_ramps: bool) -> Limits {
+    let rates = segment.axis_rates();
+    let mut limits = Limits {
+        speed_mm_s: segment.feed_mm_s.unwrap_or(f64::INFINITY),
+        accel_mm_s2: f64::INFINITY,
+        bound: Bound::Feed,
+    };
+    for profile in &machine.axes {
+        let rate = &rates[profile.axis];
+        if rate.speed > 0.0 {
+            limits.bounded_by(profile.speed_max_mm_s / rate.speed, Bound::AxisSpeed(profile.axis));
+            limits
+                .bounded_by(count_speed(profile, machine) / rate.speed, Bound::Count(profile.axis));
+        }
+        if with_ramps && rate.bend_per_mm > 0.0 {
+            let speed = (BEND_SHARE * profile.accel_max_mm_s2 / rate.bend_per_mm).sqrt();
+            limits.bounded_by(speed, Bound::Curvature(profile.axis));
+        }
+    }
+    if let Curve::Arc(arc) = &segment.curve {
+        let chord_mm_s = chord_speed(segment, arc, machine);
+        limits.bounded_by(chord_mm_s, Bound::Chord);
+    }
+    for profile in &machine.axes {
+        let accel = accel_along(&rates[profile.axis], profile.accel_max_mm_s2, limits.speed_mm_s);
+        limits.accel_mm_s2 = limits.accel_mm_s2.min(accel);
+    }
+    limits
+}
+
+impl Limits {
+    fn bounded_by(&mut self, speed_mm_s: f64, bound: Bound) {
+        if speed_mm_s < self.speed_mm_s {
+            self.speed_mm_s = speed_mm_s;
+            self.bound = bound;
+        }
+    }
+}
+
+/// The speed at which an axis makes the most steps that its node can in a tick.
+fn count_speed(profile: &AxisProfile, machine: &Machine) -> f64 {
+    let count_max = f64::from(machine.count_max(profile)) - COUNT_MARGIN;
+    count_max / (machine.bus.tick_s() * profile.steps_per_mm)
+}
+
+/// The speed at which a tick turns an arc so far that its chord is off by its share of the path
+/// tolerance. The sagitta over an angle θ is at most r·θ²/8; a whole circle is 2r wide.
+fn chord_speed(segment: &Segment, arc: &Arc, machine: &Machine) -> f64 {
+    let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+    let radius_mm = arc.radius_max_mm();
+    if 2.0 * radius_mm <= off_mm {
+        return f64::INFINITY;
+    }
+    let angle_rad = (8.0 * off_mm / radius_mm).sqrt();
+    segment.length_mm() * angle_rad / arc.sweep_rad.abs() / machine.bus.tick_s()
+}
+
+/// Acceleration along the path that leaves an axis within its own: along and across are a
+/// quarter turn out of phase, so (along · speed_amplitude)² + (v² · bend)² ≤ accel_max².
+fn accel_along(rate: &AxisRate, accel_max_mm_s2: f64, speed_mm_s: f64) -> f64 {
+    if rate.speed_amplitude <= 0.0 {
+        return f64::INFINITY;
+    }
+    let across = (speed_mm_s * speed_mm_s * rate.bend_per_mm).min(accel_max_mm_s2);
+    (accel_max_mm_s2 * accel_max_mm_s2 - across * across).sqrt() / rate.speed_amplitude
+}
