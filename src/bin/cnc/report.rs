@@ -11,7 +11,7 @@ use cnc::interp::Checked;
 use crate::args::Global;
 
 /// Draws diagnostics on standard error: errors always, warnings unless `--quiet`.
-fn diagnostics(source_name: &str, diagnostics: &[Diagnostic], global: &Global) {
+pub fn diagnostics(source_name: &str, diagnostics: &[Diagnostic], global: &Global) {
     let renderer = if use_color(global) { Renderer::styled() } else { Renderer::plain() };
     let mut out = io::stderr().lock();
     for diagnostic in diagnostics {
