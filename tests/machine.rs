@@ -120,7 +120,7 @@ fn the_command_lists_shows_and_checks() {
     let (code, out, err) = cnc(&["check", "samples/machines/big-router.toml", "Cargo.toml"]);
     assert_eq!(code, 2);
     assert!(out.starts_with("samples/machines/big-router.toml: ok"), "{out}");
-    assert!(err.contains("unknown key 'package'"), "{err}");
+    assert!(err.contains("error[profile-unknown-key]: unknown key 'package'"), "{err}");
 
     let (code, out, _) = cnc(&["check", "--json", "Cargo.toml"]);
     let checked: serde_json::Value = serde_json::from_str(&out).unwrap();

@@ -37,7 +37,18 @@ impl Axis {
 
     /// The axis of an upper-case letter.
     pub fn from_letter(letter: u8) -> Option<Axis> {
-        Axis::ALL.into_iter().find(|axis| axis.letter() as u8 == letter)
+        match letter {
+            b'X' => Some(Axis::X),
+            b'Y' => Some(Axis::Y),
+            b'Z' => Some(Axis::Z),
+            b'A' => Some(Axis::A),
+            b'B' => Some(Axis::B),
+            b'C' => Some(Axis::C),
+            b'U' => Some(Axis::U),
+            b'V' => Some(Axis::V),
+            b'W' => Some(Axis::W),
+            _ => None,
+        }
     }
 
     /// Whether the axis turns: its unit is then the degree, wherever a name says mm.

@@ -328,13 +328,15 @@ static M_ROWS: [u8; 1000] = index(b'M');
 
 /// The row of a G or M word, if there is one.
 pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
-    let tenths = (number * 10.0).round();
+    let exact = number * 10.0;
+    // Half a tenth rounds to the nearest; a cast cuts off, and takes what is negative to 0.
+    let tenths = (exact + 0.5) as usize;
     // 1e-6 forgives what the product's rounding adds to a tenth.
-    if !(0.0..1000.0).contains(&tenths) || (number * 10.0 - tenths).abs() > 1e-6 {
+    if (exact - tenths as f64).abs() > 1e-6 {
         return None;
     }
     let rows = if letter == b'G' { &G_ROWS } else { &M_ROWS };
-    CODES.get(usize::from(rows[tenths as usize]).checked_sub(1)?)
+    CODES.get(usize::from(*rows.get(tenths)?).checked_sub(1)?)
 }
 
 #[cfg(test)]

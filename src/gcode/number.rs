@@ -44,6 +44,9 @@ const POWERS_OF_TEN: [f64; 23] = [
 /// correctly rounded.
 const MANTISSA_MAX: u64 = 1 << 53;
 
+/// Numbers of up to so many digits fit a mantissa of 64 bits.
+const DIGITS_MAX: usize = 19;
+
 /// Blanks, which may stand anywhere, even inside a number (RS274/NGC).
 pub fn blanks(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while(is_blank)(input)
@@ -73,18 +76,15 @@ fn sign(input: &[u8]) -> Parsed<'_, bool> {
 
 fn magnitude(input: &[u8]) -> Parsed<'_, f64> {
     let mut mantissa = 0_u64;
-    let mut decimals = 0_usize;
-    let (mut digits, mut point, mut exact) = (0_usize, false, true);
+    let (mut digits, mut decimals, mut point) = (0_usize, 0_usize, false);
     let mut at = 0;
     while let Some(&byte) = input.get(at) {
         match byte {
             b'0'..=b'9' => {
                 digits += 1;
                 decimals += usize::from(point);
-                let next =
-                    mantissa.checked_mul(10).and_then(|m| m.checked_add(u64::from(byte - b'0')));
-                exact &= next.is_some();
-                mantissa = next.unwrap_or(mantissa);
+                // Wraps only where there are too many digits, and the mantissa is not used.
+                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
             }
             b'.' if !point => point = true,
             _ if is_blank(byte) => {
@@ -105,7 +105,7 @@ fn magnitude(input: &[u8]) -> Parsed<'_, f64> {
     }
     let (text, rest) = input.split_at(at);
     let magnitude = match POWERS_OF_TEN.get(decimals) {
-        Some(power) if exact && mantissa <= MANTISSA_MAX => mantissa as f64 / power,
+        Some(power) if digits <= DIGITS_MAX && mantissa <= MANTISSA_MAX => mantissa as f64 / power,
         _ => by_std(text)?,
     };
     if magnitude > NUMBER_MAX {

@@ -87,7 +87,7 @@ impl<'a> Parsing<'a> {
         let start = self.at();
         let letter = if byte == b':' { b'O' } else { byte.to_ascii_uppercase() };
         self.step(1);
-        if letter == b'G' {
+        if letter == b'G' && !matches!(self.rest.first(), Some(b'0'..=b'9')) {
             let (rest, r) = opt((blanks, tag_r)).parse(self.rest).ok()?;
             if r.is_some() {
                 self.rest = rest;

@@ -16,6 +16,7 @@ const ROUNDING_MM: f64 = 1e-6;
 /// The extents of all moves so far, and where they leave the travel.
 #[derive(Debug)]
 pub(super) struct Travel {
+    axes: Vec<Axis>,
     limits_mm: AxisMap<Option<[f64; 2]>>,
     extents_mm: AxisMap<[f64; 2]>,
     breaches: Vec<Breach>,
@@ -41,6 +42,7 @@ impl Travel {
     pub fn new(machine: &Machine, ignore_limits: bool) -> Travel {
         let limit = |axis| machine.axis(axis).and_then(|profile| profile.travel_mm);
         Travel {
+            axes: machine.axes.iter().map(|profile| profile.axis).collect(),
             limits_mm: AxisMap::from_fn(|axis| if ignore_limits { None } else { limit(axis) }),
             extents_mm: AxisMap::from_fn(|_| [f64::INFINITY, f64::NEG_INFINITY]),
             breaches: Vec::new(),
@@ -67,7 +69,8 @@ impl Travel {
     }
 
     fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, judge: bool) {
-        for axis in Axis::ALL {
+        for i in 0..self.axes.len() {
+            let axis = self.axes[i];
             self.reach(axis, [point[axis]; 2], block, place, judge);
         }
     }

@@ -21,50 +21,8 @@ pub enum JobError {
         /// What the nodes need.
         least_us: u32,
     },
-    /// The firmware starts on 120 and nothing else.
-    #[error("bus.host_id = {host_id}: the nodes start on 120 and nothing else")]
-    HostId {
-        /// The profile's.
-        host_id: u8,
-    },
-    /// An odd buffer would turn round the pairs of nodes that take no part.
-    #[error(
-        "bus.buffer_ticks = {buffer_ticks}: it must be even, and more than the 4 zeros at a buffer's end"
-    )]
-    BufferTicks {
-        /// The profile's.
-        buffer_ticks: u32,
-    },
-    /// H5.
-    #[error("node {id} of axis {axis}: a node's ID is 121 to 135")]
-    NodeId {
-        /// The axis.
-        axis: Axis,
-        /// Its node's ID.
-        id: u8,
-    },
-    /// Two nodes would obey the same commands.
-    #[error("axes {axis} and {other} both have node {id}")]
-    SameId {
-        /// One axis.
-        axis: Axis,
-        /// The other.
-        other: Axis,
-        /// Their ID.
-        id: u8,
-    },
-    /// A tick moves an axis that the machine lacks.
-    #[error("line {line}, tick {tick}: axis {axis} moves, and the machine has none")]
-    NoAxis {
-        /// The axis.
-        axis: Axis,
-        /// The tick.
-        tick: u64,
-        /// Its line.
-        line: u32,
-    },
-    /// An axis moves that has no node.
-    #[error("line {line}, tick {tick}: axis {axis} moves, and bus.nodes has no node for it")]
+    /// An axis moves that the machine has not, or that has no node.
+    #[error("line {line}, tick {tick}: axis {axis} moves, and the machine has no node for it")]
     NoNode {
         /// The axis.
         axis: Axis,

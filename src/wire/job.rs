@@ -6,11 +6,13 @@
 //! buffers stay between them. Refuses what the machine or the bus cannot do, before anything is
 //! sent; whether bytes could be taken for commands is proved by [`crate::wire::lint`].
 
-use crate::base::machine::{self, AxisProfile, Bus, PADS_MIN, Protocol};
+use crate::base::machine::{
+    self, AxisProfile, Bus, COUNT_MAX_SAFE, PADS_MIN, Protocol, TICK_MARGIN_US,
+};
 use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use crate::wire::codec;
 use crate::wire::error::JobError;
-use crate::wire::node::{ANSWER_PAUSE_US, SPI_US, START};
+use crate::wire::node::{ANSWER_PAUSE_US, SPI_US};
 use crate::wire::nodes::{ExecutedTick, byte_ns};
 use crate::wire::order;
 
@@ -49,7 +51,7 @@ pub struct Buffer {
     pub number: u32,
     /// Nodes that are filled, in the order of filling.
     pub fills: Vec<Fill>,
-    /// NC line of each tick up to the last in which an axis moves. All entries after it are pads.
+    /// NC line of each tick. All entries after them are pads.
     pub lines: Vec<u32>,
     /// Events within the buffer, each before the tick of this number.
     pub events: Vec<(usize, Event)>,
@@ -135,21 +137,23 @@ impl Job {
         })
     }
 
-    /// The first tick, from 0, that nodes did not execute as planned, and its line; the line is
-    /// that of the last tick if they executed more.
+    /// The first tick, from 0, that nodes did not execute as planned, and its line; pads count as
+    /// ticks of their buffer and have its last line.
     pub fn first_difference(&self, executed: &[ExecutedTick]) -> Option<(u64, u32)> {
-        let tick = |buffer: &'_ Buffer, tick| (buffer.lines[tick], buffer.counts(tick));
-        let mut rest = executed.iter();
-        let (mut at, mut last_line) = (0, 0);
+        let mut groups = executed.chunk_by(|a, b| a.buffer == b.buffer);
+        let mut before = 0;
         for buffer in self.buffers() {
-            for (line, counts) in (0..buffer.lines.len()).map(|at| tick(buffer, at)) {
-                if rest.next().is_none_or(|executed| executed.counts != counts) {
-                    return Some((at, line));
+            let group = groups.next().unwrap_or_default();
+            let entries = buffer.fills.first().map_or(0, |fill| fill.bytes.len());
+            for tick in 0..entries.max(group.len()) {
+                if group.get(tick).is_none_or(|done| done.counts != buffer.counts(tick)) {
+                    let line = buffer.lines.get(tick).or(buffer.lines.last());
+                    return Some((before + tick as u64, line.copied().unwrap_or(0)));
                 }
-                (at, last_line) = (at + 1, line);
             }
+            before += buffer.lines.len() as u64;
         }
-        rest.next().map(|_| (at, last_line))
+        groups.next().map(|_| (before, 0))
     }
 
     /// All events, in order.
@@ -201,32 +205,13 @@ fn ticks(step: &Step) -> u64 {
     }
 }
 
-/// What a node needs between two sync bytes beyond its pulses: the SPI exchange and the pause
-/// after the answer, rounded up (H6).
-const SYNC_OVERHEAD_US: u32 = 280;
-
 fn check_bus(bus: &Bus) -> Result<(), JobError> {
     if bus.protocol == Protocol::None {
         return Err(JobError::NoProtocol);
     }
-    let least_us = bus.node_tick_us.saturating_add(SYNC_OVERHEAD_US);
+    let least_us = bus.node_tick_us.saturating_add(TICK_MARGIN_US);
     if bus.tick_us < least_us {
         return Err(JobError::TickTooShort { tick_us: bus.tick_us, least_us });
-    }
-    if bus.host_id != START {
-        return Err(JobError::HostId { host_id: bus.host_id });
-    }
-    if !bus.buffer_ticks.is_multiple_of(2) || bus.buffer_ticks <= PADS_MIN {
-        return Err(JobError::BufferTicks { buffer_ticks: bus.buffer_ticks });
-    }
-    for (axis, id) in &bus.nodes {
-        if !(START + 1..=START + 15).contains(id) {
-            return Err(JobError::NodeId { axis: *axis, id: *id });
-        }
-        let twin = bus.nodes.iter().find(|(other, other_id)| *other != axis && *other_id == id);
-        if let Some((other, _)) = twin {
-            return Err(JobError::SameId { axis: *axis, other: *other, id: *id });
-        }
     }
     Ok(())
 }
@@ -278,8 +263,8 @@ impl<'a> Cutter<'a> {
 
     fn step(&mut self, axis: Axis, count: i32, line: u32) -> Result<(), JobError> {
         let tick = self.total;
-        let profile = self.machine.axis(axis).ok_or(JobError::NoAxis { axis, tick, line })?;
-        let count_max = self.machine.count_max(profile).min(COUNT_MAX);
+        let profile = self.machine.axis(axis).ok_or(JobError::NoNode { axis, tick, line })?;
+        let count_max = self.machine.count_max(profile).min(COUNT_MAX_SAFE);
         if count.unsigned_abs() > count_max {
             return Err(JobError::Count { axis, count, count_max, tick, line });
         }
@@ -299,8 +284,8 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
-    /// Ends the buffer under way: what lies before its first and after its last movement becomes
-    /// events between buffers, and pads.
+    /// Ends the buffer under way: events before its first and after its last movement come to lie
+    /// between buffers.
     fn flush(&mut self) -> Result<(), JobError> {
         let mut ticks = std::mem::take(&mut self.ticks);
         let events = std::mem::take(&mut self.events);
@@ -308,10 +293,11 @@ impl<'a> Cutter<'a> {
         let first = ticks.iter().position(moves).unwrap_or(0);
         let end = ticks.iter().rposition(moves).map_or(0, |last| last + 1);
         let base = self.total - ticks.len() as u64;
-        ticks.truncate(end);
         let (before, rest): (Vec<_>, Vec<_>) =
-            events.into_iter().partition(|e| e.0 <= first && end > 0);
-        let (within, after): (Vec<_>, Vec<_>) = rest.into_iter().partition(|e| e.0 < end);
+            events.into_iter().partition(|(at, _)| *at <= first && end > 0);
+        let (within, after): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(at, _)| *at < end);
+        let rest_until = after.first().map_or(ticks.len(), |(at, _)| *at);
+        ticks.truncate(if end > 0 { rest_until } else { 0 });
         self.steps.extend(before.into_iter().map(|(_, event)| Step::Event(event)));
         if !ticks.is_empty() {
             let buffer = self.buffer(&ticks, within, base)?;
@@ -416,6 +402,3 @@ impl<'a> Cutter<'a> {
         best.map(|(_, axis)| axis)
     }
 }
-
-/// Data bytes of 120 and more are a start or a node's ID (H1, H2), whatever the profile says.
-const COUNT_MAX: u32 = START as u32 - 1;

@@ -8,6 +8,7 @@
 
 use std::collections::VecDeque;
 
+use crate::base::machine::HOST_ID;
 use crate::wire::codec::{self, NEGATIVE};
 
 /// First byte of the pair that homes a node.
@@ -17,7 +18,7 @@ pub const JOG: u8 = b'j';
 /// Both bytes of the pair that ends a jog; any byte would.
 pub const STOP: u8 = b's';
 /// First byte of the pair that starts execution: the host's ID, fixed in the firmware.
-pub const START: u8 = 120;
+pub const START: u8 = HOST_ID;
 /// How long a node pauses after each answer, with its transmitter on.
 pub const ANSWER_PAUSE_US: u64 = 250;
 /// One SPI exchange between the two controllers of a node: 8 bits at 20 MHz / 4 / 16.

@@ -131,8 +131,7 @@ impl Nodes {
         self.nodes.iter().map(|(axis, node)| (*axis, node))
     }
 
-    /// What has been executed, tick by tick. As in a dump, the zeros that pad a buffer are left
-    /// out.
+    /// What has been executed, tick by tick: all entries of each buffer, pads included.
     pub fn executed(&self) -> Vec<ExecutedTick> {
         let mut runs: Vec<(Axis, &Run)> = Vec::new();
         for (axis, node) in self.iter() {
@@ -142,10 +141,8 @@ impl Nodes {
         let mut ticks = Vec::new();
         let groups = runs.chunk_by(|(_, a), (_, b)| b.start_us - a.start_us < SAME_START_US);
         for (buffer, group) in (0..).zip(groups) {
-            let moved = |(_, run): &(Axis, &Run)| {
-                run.bytes.iter().rposition(|byte| codec::decode(*byte) != 0).map_or(0, |at| at + 1)
-            };
-            for tick in 0..group.iter().map(moved).max().unwrap_or(0) {
+            let executed = group.iter().map(|(_, run)| run.bytes.len()).max().unwrap_or(0);
+            for tick in 0..executed {
                 let mut counts = AxisMap::default();
                 for (axis, run) in group {
                     counts[*axis] = run.bytes.get(tick).map_or(0, |byte| codec::decode(*byte));

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
+use cnc::base::machine::ProfileError;
 use cnc::base::{Machine, Point, Source};
 
 use crate::args::Global;
+use crate::report;
 
 /// Opens a file, or spools standard input for `-`.
 pub fn source(file: &Path) -> anyhow::Result<Source> {
@@ -23,9 +25,20 @@ pub fn machine(global: &Global) -> anyhow::Result<Machine> {
 
 /// Loads a profile by name or from a file, and says its warnings.
 pub fn profile(name_or_file: &str, global: &Global) -> anyhow::Result<Machine> {
-    let machine = Machine::load(name_or_file)?;
+    let machine = Machine::load(name_or_file).map_err(|error| unusable(error, global))?;
     warn(&machine, global);
     Ok(machine)
+}
+
+/// Draws what is wrong with a profile, and gives what is left to say.
+pub fn unusable(error: ProfileError, global: &Global) -> anyhow::Error {
+    match error {
+        ProfileError::Wrong { file, faults } => {
+            report::diagnostics(&file, &faults, global);
+            anyhow!("machine profile '{file}' cannot be used")
+        }
+        ProfileError::NotFound { .. } | ProfileError::Unreadable { .. } => error.into(),
+    }
 }
 
 /// Says what a profile allows but will not work as hoped.

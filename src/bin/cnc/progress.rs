@@ -50,7 +50,7 @@ impl Progress for Bar {
     fn set(&mut self, done: u64, line: u32) {
         // A hundred updates a second are more than anybody sees; ticks may come by the million.
         let seen = self.drawn.is_some_and(|(at, at_line)| {
-            done >= at && done - at < 1024 && (line == at_line || done % 16 != 0)
+            done >= at && done - at < 1024 && (line == at_line || !done.is_multiple_of(16))
         });
         if seen {
             return;

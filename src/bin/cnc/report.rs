@@ -6,6 +6,7 @@ use std::ops::Range;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use clap::ColorChoice;
 use cnc::base::{Diagnostic, Severity};
+use cnc::interp::Checked;
 
 use crate::args::Global;
 
@@ -21,9 +22,25 @@ pub fn diagnostics(source_name: &str, diagnostics: &[Diagnostic], global: &Globa
     }
 }
 
+/// Says what a check of a program found, and how much of it.
+pub fn checked(source_name: &str, checked: &Checked, global: &Global) {
+    diagnostics(source_name, &checked.diagnostics, global);
+    totals_of(source_name, checked, global);
+}
+
+/// Says how much a check found, if anything.
+pub fn totals_of(source_name: &str, checked: &Checked, global: &Global) {
+    let (errors, warnings) = (checked.errors, checked.warnings);
+    if errors > 0 || !global.quiet {
+        if let Some(totals) = totals(errors, warnings, global.max_errors) {
+            say!("{source_name}: {totals}");
+        }
+    }
+}
+
 /// The last line of a check: `3 errors, 1 warning`, with what was not drawn; none if nothing was
 /// found.
-pub fn totals(errors: u64, warnings: u64, max_errors: usize) -> Option<String> {
+fn totals(errors: u64, warnings: u64, max_errors: usize) -> Option<String> {
     if errors + warnings == 0 {
         return None;
     }

@@ -17,54 +17,28 @@ pub struct Args {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Where the job starts, in machine coordinates [default: the machine's work zero]
-    #[arg(long, value_name = "X,Y,Z", value_parser = start, allow_hyphen_values = true)]
-    start: Option<[f64; 3]>,
-}
-
-/// Reads `X,Y,Z`.
-pub fn start(text: &str) -> Result<[f64; 3], String> {
-    let values: Vec<f64> = text
-        .split(',')
-        .filter_map(|part| part.trim().parse().ok())
-        .filter(|v: &f64| v.is_finite())
-        .collect();
-    match (<[f64; 3]>::try_from(values), text.split(',').count()) {
-        (Ok(values), 3) => Ok(values),
-        _ => Err("expected three numbers, as 75,50,50".to_owned()),
-    }
-}
-
-/// The start of the job, if one was given, with the machine's work zero on all other axes.
-pub fn start_mm(start: Option<[f64; 3]>, machine: &Machine) -> Option<Point> {
-    start.map(|start| {
-        let mut point = machine.work_zero_mm;
-        for (axis, value) in Axis::LINEAR.into_iter().zip(start) {
-            point[axis] = value;
-        }
-        point
-    })
+    #[arg(long, value_name = "X,Y,Z", value_parser = input::point, allow_hyphen_values = true)]
+    start: Option<Point>,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
     let source = input::source(&args.file)?;
-    let options = Options { start_mm: start_mm(args.start, &machine), ..Options::default() };
+    let options = Options { start_mm: args.start, ..Options::default() };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
-    let (as_json, drawn): (Vec<_>, Vec<_>) = checked
-        .diagnostics
-        .iter()
-        .cloned()
-        .partition(|found| global.json && found.severity == Severity::Error);
-    for diagnostic in &as_json {
-        write_error(&mut out, diagnostic)?;
-    }
-    out.flush()?;
-    report::diagnostics(source.name(), &drawn, global);
-    if let Some(totals) = report::totals(checked.errors, checked.warnings, global.max_errors) {
-        if checked.errors > 0 || !global.quiet {
-            eprintln!("{}: {totals}", source.name());
+    if checked.errors > 0 && global.json {
+        let found = checked.diagnostics.iter().cloned();
+        let (errors, warnings): (Vec<_>, Vec<_>) =
+            found.partition(|found| found.severity == Severity::Error);
+        for error in &errors {
+            write_error(&mut out, error)?;
         }
+        out.flush()?;
+        report::diagnostics(source.name(), &warnings, global);
+        report::totals_of(source.name(), &checked, global);
+    } else {
+        report::checked(source.name(), &checked, global);
     }
     if checked.errors > 0 {
         return Ok(Exit::BadInput);

@@ -11,7 +11,7 @@ use cnc::verify::{Check, Report, Setup, Verdict, verify};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Outcome};
 use crate::input;
-use crate::job::{FeedMode, Job, MotionArgs};
+use crate::program::{FeedMode, MotionArgs, Program};
 
 /// Hold a command dump against the path of its program
 #[derive(Debug, clap::Args)]
@@ -45,22 +45,22 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
     }
     let motion = motion(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
-    let job = match Job::check(program, machine, &motion, global)? {
-        Ok(job) => job,
+    let program = match Program::check(program, machine, &motion, global)? {
+        Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
     if !args.unsealed {
-        check_program(&header, &job).with_context(|| name.clone()).or_bad_input()?;
+        check_program(&header, &program).with_context(|| name.clone()).or_bad_input()?;
     }
     let setup = Setup {
-        machine: &job.machine,
+        machine: &program.machine,
         tick_us: header.tick_us,
         start_steps: header.start_steps,
         constant_feed: motion.feed == FeedMode::Constant,
         with_events,
     };
-    let commands = || open(args, &dump, &job.machine);
-    let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(job.path()))
+    let commands = || open(args, &dump, &program.machine);
+    let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
         .with_context(|| name.clone())
         .or_bad_input()?;
     let mut out = io::stdout().lock();
@@ -115,12 +115,12 @@ fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn check_program(header: &Header, job: &Job) -> anyhow::Result<()> {
-    if header.program.sha256 != job.checked.sha256 {
+fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
+    if header.program.sha256 != program.checked.sha256 {
         bail!(
             "the dump was made from another program than {}: from '{}', or from it before it was \
              changed; interpolate the program again",
-            job.source.name(),
+            program.source.name(),
             header.program.name
         );
     }
