@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
-use cnc::gcode::rules;
+use cnc::gcode::{codes, rules};
 use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
 use proptest::prelude::*;
 
@@ -95,6 +95,32 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
         assert!(expected.starts_with(&format!("{name} ")), "{name}");
         assert_eq!(found, [expected], "{name}");
     }
+}
+
+#[test]
+fn the_reference_is_that_of_the_tables() {
+    let mut text = String::from(
+        "# Codes and rules\n\nMade from the tables in `src/gcode`: \
+         `UPDATE=1 cargo test --test language`.\n\n\
+         ## Codes\n\nThe codes of one block are executed in the order of their groups as listed \
+         in `src/gcode/codes.rs`, units first. Two codes of one group cannot stand in one block, \
+         M7 and M8 excepted.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n",
+    );
+    for code in codes::CODES {
+        let supported = if code.op.is_some() { "yes" } else { "no" };
+        let (name, group) = (code.name(), code.group.name());
+        text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
+    }
+    text += "\n## Rules\n\n| rule | severity | meaning |\n|---|---|---|\n";
+    for rule in rules::all() {
+        let severity = format!("{:?}", rule.severity).to_lowercase();
+        text += &format!("| {} | {severity} | {} |\n", rule.name, rule.meaning);
+    }
+    let file = root().join("docs/gcodes.md");
+    if std::env::var_os("UPDATE").is_some() {
+        fs::write(&file, &text).unwrap();
+    }
+    assert_eq!(text, fs::read_to_string(&file).unwrap());
 }
 
 #[test]

@@ -127,7 +127,7 @@ impl ArcTask<'_> {
         }
         let radius = word.value.abs() * self.mm_per_unit;
         let lacking = half - radius;
-        if lacking > self.tolerance_mm {
+        if lacking > self.tolerance_mm || radius < RADIUS_MIN_MM {
             let message = format!(
                 "start and end are {:.4} mm apart, more than twice the radius of {radius:.4} mm",
                 2.0 * half
@@ -244,7 +244,75 @@ pub(super) fn bounds_mm(
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+    use crate::gcode::parse;
+
+    fn center_of(words: &str, end_mm: [f64; 2], ccw: bool) -> Result<[f64; 2], &'static str> {
+        let (mut block, mut faults) = (Block::default(), Vec::new());
+        parse(words.as_bytes(), &mut block, &mut faults);
+        let task = ArcTask {
+            block: &block,
+            plane: Plane::Xy,
+            ccw,
+            start_mm: [0.0, 0.0],
+            end_mm,
+            mm_per_unit: 1.0,
+            end_origin_mm: [0.0, 0.0],
+            tolerance_mm: 0.028,
+            steps_per_mm: 100.0,
+        };
+        let center = task.center_mm(&mut faults);
+        match faults.first() {
+            Some(fault) => Err(fault.rule.name),
+            None => Ok(center.unwrap()),
+        }
+    }
+
+    #[test]
+    fn radii_may_differ_by_the_tolerance() {
+        for (words, end_x, expected) in [
+            ("I10", 20.0, None),
+            ("I10", 20.004, None),
+            ("I10", 20.02, Some("arc-radius-doubtful")),
+            ("I10", 20.03, Some("arc-radius")),
+            // Of a large radius a tenth of a percent may be missing, up to 100 tolerances.
+            ("I1000", 2000.9, None),
+            ("I1000", 2001.1, Some("arc-radius")),
+            ("I10000", 20002.7, None),
+            ("I10000", 20002.9, Some("arc-radius")),
+            ("I0 J0", 0.01, Some("arc-too-small")),
+            ("I0.01", 0.01, Some("arc-too-small")),
+            ("R10", 20.004, None),
+            ("R10", 20.05, Some("arc-radius-doubtful")),
+            ("R10", 20.06, Some("arc-too-small")),
+            ("R0", 0.01, Some("arc-too-small")),
+            ("R5", 1e-9, Some("arc-closed")),
+            ("R5 I5", 10.0, Some("arc-center")),
+            ("F5", 10.0, Some("arc-center")),
+        ] {
+            let found = center_of(words, [end_x, 0.0], true).err();
+            assert_eq!(found, expected, "{words} X{end_x}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_radius_gives_the_centre_on_the_side_it_says(
+            x in -100.0..100.0_f64, y in -100.0..100.0_f64, more in 0.01..50.0_f64,
+            ccw: bool, long: bool,
+        ) {
+            let radius = x.hypot(y) / 2.0 + more;
+            let words = format!("R{}", if long { -radius } else { radius });
+            let center = center_of(&words, [x, y], ccw).unwrap();
+            prop_assert!((distance([0.0, 0.0], center) - radius).abs() < 1e-9 * radius);
+            prop_assert!((distance([x, y], center) - radius).abs() < 1e-9 * radius);
+            // The short way lies counter-clockwise of the start where this is positive.
+            let cross = -center[0] * (y - center[1]) + center[1] * (x - center[0]);
+            prop_assert_eq!(cross > 0.0, ccw != long);
+        }
+    }
 
     fn check(start: [f64; 2], end: [f64; 2], ccw: bool, expected: [[f64; 2]; 2]) {
         let found = bounds_mm(start, end, [0.0, 0.0], ccw, 0);
