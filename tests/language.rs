@@ -134,6 +134,9 @@ fn one_fault_makes_no_others() {
         ("G92 X0\nG0 X500\nM30", &["unsupported-word 1:1"]),
         ("G42 D08\nG1 X1 F100\nX2\nM30", &["unsupported-word 1:1"]),
         ("G1 X1\nX2\nG2 X4 I1\nF10 X1 I-1\nM30", &["no-feed 1:1", "arc-radius 4:1"]),
+        // A call that leads nowhere leaves open where the machine stands.
+        ("G91 GR1\nM30", &["call-alone 1:1"]),
+        ("G91\nGR1\nG0 X60\nX60\nM30", &["unknown-subprogram 2:1"]),
         // Faults of a subprogram come once, however often it runs.
         ("GR1 L9\nM30\nO1\nG0 X1 H3\nM99", &["unused-word 4:7"]),
         ("GR1 L9\nM30\nO1\nG0 !\nM99", &["bad-character 4:4"]),
@@ -184,6 +187,17 @@ fn no_motion_comes_out_of_a_program_with_an_error() {
             assert_eq!(object["type"], "error", "{line}");
         }
     }
+}
+
+#[test]
+fn degrees_have_no_other_unit() {
+    let found = moves("G20 G1 X1 A90 F10\nA180\nG3 I1 A0\nM30", &ideal());
+    let feed = |step: &Move| match step.kind {
+        MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } => feed_mm_min,
+        MoveKind::Rapid => 0.0,
+    };
+    assert_eq!(found.iter().map(|step| step.to[Axis::A]).collect::<Vec<_>>(), [90.0, 180.0, 0.0]);
+    assert_eq!(found.iter().map(feed).collect::<Vec<_>>(), [254.0, 10.0, 254.0]);
 }
 
 #[test]

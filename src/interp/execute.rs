@@ -18,6 +18,9 @@ use super::words::{
 /// Millimetres an inch.
 const MM_PER_INCH: f64 = 25.4;
 
+/// Letters of the axes that turn.
+const ROTARY_LETTERS: u32 = letter_bit(b'A') | letter_bit(b'B') | letter_bit(b'C');
+
 /// Where execution goes after a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Flow {
@@ -46,6 +49,13 @@ enum MotionMode {
     Foreign,
 }
 
+/// The feed in force. Inches are resolved for lengths; degrees have no other unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Feed {
+    mm_min: f64,
+    deg_min: f64,
+}
+
 /// The state of a run: modes and position.
 #[derive(Debug)]
 pub(super) struct Executor<'a> {
@@ -55,7 +65,7 @@ pub(super) struct Executor<'a> {
     plane: Plane,
     mm_per_unit: f64,
     absolute: bool,
-    feed_mm_min: Option<f64>,
+    feed: Option<Feed>,
     feed_missed: bool,
     spindle_rpm: Option<f64>,
     tool: Option<u32>,
@@ -109,7 +119,7 @@ impl<'a> Executor<'a> {
             plane: Plane::Xy,
             mm_per_unit: 1.0,
             absolute: true,
-            feed_mm_min: None,
+            feed: None,
             feed_missed: false,
             spindle_rpm: None,
             tool: None,
@@ -132,6 +142,11 @@ impl<'a> Executor<'a> {
         self.open.is_empty() && !self.is_shifted
     }
 
+    /// Takes the position for open: what should have moved the machine has a fault.
+    pub fn forget_position(&mut self) {
+        self.open = self.axes;
+    }
+
     /// Executes a block. Faults that stand in `out` already are those of its text.
     pub fn run(&mut self, block: &Block, out: &mut Output<'_>) -> Flow {
         if block.delete && !self.block_delete_said {
@@ -141,6 +156,9 @@ impl<'a> Executor<'a> {
             out.faults.push(fault.help("block delete is off; take the line out to skip it"));
         }
         let text_is_faulty = out.faults.iter().any(is_error);
+        if text_is_faulty {
+            self.forget_position();
+        }
         if let Some(call) = &block.call {
             return call_flow(block, call, out.faults);
         }
@@ -290,7 +308,8 @@ impl<'a> Executor<'a> {
 
     fn set_feed(&mut self, word: &Word, mm_per_unit_before: f64, faults: &mut Vec<Fault>) {
         self.feed_missed = false;
-        self.feed_mm_min = Some(word.value * self.mm_per_unit).filter(|feed| *feed > 0.0);
+        let feed = Feed { mm_min: word.value * self.mm_per_unit, deg_min: word.value };
+        self.feed = Some(feed).filter(|feed| feed.deg_min > 0.0);
         if word.value < 0.0 {
             self.feed_missed = true;
             faults.push(Fault::word(&rules::BAD_VALUE, word, "a feed cannot be negative"));
@@ -415,7 +434,10 @@ impl<'a> Executor<'a> {
             }
             MotionMode::Rapid => Some(MoveKind::Rapid),
             MotionMode::Line => {
-                self.feed(block, out.faults).map(|feed_mm_min| MoveKind::Line { feed_mm_min })
+                let turns_only = self.turns_only(block, &to);
+                self.feed(block, out.faults).map(|feed| MoveKind::Line {
+                    feed_mm_min: if turns_only { feed.deg_min } else { feed.mm_min },
+                })
             }
             MotionMode::Arc { .. } if asked.machine_coordinates => {
                 machine_coordinates_alone(block, out.faults);
@@ -429,7 +451,7 @@ impl<'a> Executor<'a> {
             let n = block.word(b'N').map(|word| word.value as u32);
             out.motions.push(Motion::Move(Move { line: out.line, n, from, to, kind }));
         } else if self.motion == MotionMode::Foreign {
-            self.open = self.axes;
+            self.forget_position();
         }
     }
 
@@ -463,20 +485,26 @@ impl<'a> Executor<'a> {
             }
         }
         if asked.is_faulty {
-            self.open = Axis::ALL.into_iter().filter(|axis| self.axes.contains(*axis)).collect();
+            self.forget_position();
         }
         to
     }
 
     /// The feed in force. The first movement that lacks one is reported, until there is one.
-    fn feed(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Option<f64> {
-        if self.feed_mm_min.is_none() && !self.feed_missed {
+    fn feed(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Option<Feed> {
+        if self.feed.is_none() && !self.feed_missed {
             self.feed_missed = true;
             let message = "this movement needs a feed, and none has been given";
             let fault = Fault::block(&rules::NO_FEED, block, message);
             faults.push(fault.help("write F and the feed in mm (G21) or inches (G20) a minute"));
         }
-        self.feed_mm_min
+        self.feed
+    }
+
+    /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.
+    fn turns_only(&self, block: &Block, to: &Point) -> bool {
+        let stays = |axis: Axis| axis.is_rotary() || to[axis] == self.position_mm[axis];
+        block.letters() & ROTARY_LETTERS != 0 && Axis::ALL.into_iter().all(stays)
     }
 
     fn arc(
@@ -487,7 +515,7 @@ impl<'a> Executor<'a> {
         to: &Point,
         faults: &mut Vec<Fault>,
     ) -> Option<MoveKind> {
-        let feed_mm_min = self.feed(block, faults);
+        let feed = self.feed(block, faults);
         let across = center_letter(self.plane.normal());
         if let Some(word) = block.word(across) {
             let name = self.plane.name();
@@ -522,7 +550,7 @@ impl<'a> Executor<'a> {
             steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
         };
         let center_mm = task.center_mm(faults)?;
-        let feed_mm_min = feed_mm_min?;
+        let feed_mm_min = feed?.mm_min;
         Some(MoveKind::Arc { feed_mm_min, plane: self.plane, center_mm, ccw, turns })
     }
 }

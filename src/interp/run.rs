@@ -218,6 +218,22 @@ impl<'a> Run<'a> {
         if repeats == 0 {
             return Ok(());
         }
+        let depth = self.frames.len();
+        self.enter(number, repeats, block, place)?;
+        if self.frames.len() == depth {
+            self.executor.forget_position();
+        }
+        Ok(())
+    }
+
+    /// Begins a subprogram, or reports why it cannot be run.
+    fn enter(
+        &mut self,
+        number: u32,
+        repeats: u32,
+        block: &Block,
+        place: Place<'_>,
+    ) -> io::Result<()> {
         let chain: Vec<u32> =
             self.main_number.into_iter().chain(self.frames.iter().map(|f| f.body.number)).collect();
         if chain.contains(&number) {

@@ -31,10 +31,9 @@ pub fn checked(source_name: &str, checked: &Checked, global: &Global) {
 /// Says how much a check found, if anything.
 pub fn totals_of(source_name: &str, checked: &Checked, global: &Global) {
     let (errors, warnings) = (checked.errors, checked.warnings);
-    if errors > 0 || !global.quiet {
-        if let Some(totals) = totals(errors, warnings, global.max_errors) {
-            say!("{source_name}: {totals}");
-        }
+    let is_wanted = errors > 0 || !global.quiet;
+    if let Some(totals) = totals(errors, warnings, global.max_errors).filter(|_| is_wanted) {
+        say!("{source_name}: {totals}");
     }
 }
 
