@@ -155,7 +155,7 @@ fn no_motion_comes_out_of_a_program_with_an_error() {
             .clone();
         for line in String::from_utf8(output).unwrap().lines() {
             let object: serde_json::Value = serde_json::from_str(line).unwrap();
-            assert!(object["type"] == "error" || object["type"] == "warning", "{line}");
+            assert_eq!(object["type"], "error", "{line}");
         }
     }
 }
@@ -179,6 +179,8 @@ fn close(a: &[Move], b: &[Move]) -> bool {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
     #[test]
     fn absolute_and_incremental_words_lead_to_the_same_places(steps in steps()) {
         let (mut absolute, mut incremental) = (String::from("G90 G0\n"), String::from("G91 G0\n"));

@@ -18,10 +18,19 @@ use super::rules;
 /// Whoever goes on with a block that has faults has all words that could be read.
 pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
     block.clear();
+    let faults_before = faults.len();
     let mut parser = Parsing { line, rest: line, block, faults, words_end: None };
     while let Some(&byte) = parser.rest.first() {
         if parser.item(byte).is_none() {
             break;
+        }
+    }
+    if faults.len() > faults_before {
+        // Of a line that is no text nothing else is worth saying.
+        if let Some(at) = line.iter().position(|byte| is_control(*byte)) {
+            block.clear();
+            faults.truncate(faults_before);
+            faults.push(not_text(line, at));
         }
     }
 }
@@ -209,15 +218,11 @@ impl<'a> Parsing<'a> {
     fn text_only(&mut self, text: &'a [u8], start: u32) -> Option<()> {
         match text.iter().position(|byte| is_control(*byte)) {
             None => Some(()),
-            Some(at) => self.not_text(text[at], start + at as u32),
+            Some(at) => {
+                self.faults.push(not_text(self.line, start as usize + at));
+                None
+            }
         }
-    }
-
-    fn not_text(&mut self, byte: u8, at: u32) -> Option<()> {
-        let message = format!("byte 0x{byte:02X} is no text: this is no NC program");
-        let help = "hand in the program as plain text (ASCII or UTF-8)";
-        self.faults.push(Fault::new(&rules::NOT_TEXT, at, at + 1, message).help(help));
-        None
     }
 
     /// Reports a byte at which no item can begin.
@@ -225,7 +230,8 @@ impl<'a> Parsing<'a> {
         let at = self.at();
         let to_end = self.line.len() as u32;
         if is_control(byte) {
-            return self.not_text(byte, at);
+            self.faults.push(not_text(self.line, at as usize));
+            return None;
         }
         let fault = match byte {
             b'#' | b'[' | b']' | b'=' | b'<' => Fault::new(
@@ -268,6 +274,19 @@ impl<'a> Parsing<'a> {
         self.faults.push(fault);
         None
     }
+}
+
+/// A byte that no text holds.
+fn not_text(line: &[u8], at: usize) -> Fault {
+    let byte = line.get(at).copied().unwrap_or_default();
+    let message = format!("byte 0x{byte:02X} is no text: this is no NC program");
+    let is_utf16 = line.starts_with(b"\xff\xfe") || line.starts_with(b"\xfe\xff");
+    let help = if is_utf16 {
+        "this looks like UTF-16: save the program as plain text (ASCII or UTF-8)"
+    } else {
+        "hand in the program as plain text (ASCII or UTF-8)"
+    };
+    Fault::new(&rules::NOT_TEXT, at as u32, at as u32 + 1, message).help(help)
 }
 
 /// The R of `GR`, in either case.
@@ -330,7 +349,8 @@ mod tests {
         check("$H", "", &["unsupported-word"]);
         check("o100 sub", "", &["unsupported-word"]);
         check("G1 \u{e9}", "G1", &["bad-character"]);
-        check("G1 \u{0}", "G1", &["not-text"]);
+        check("G1 \u{0}", "", &["not-text"]);
+        check("!? X Y \u{7f}", "", &["not-text"]);
         check("(\u{1})", "", &["not-text"]);
         check("1 2", "", &["bad-number"]);
         check("G1 / X1", "G1", &["bad-character"]);

@@ -14,6 +14,7 @@ mod motions;
 mod program;
 mod run;
 mod travel;
+mod words;
 
 pub use check::{Checked, Summary, check};
 pub use motion::{Motion, Move, MoveKind};

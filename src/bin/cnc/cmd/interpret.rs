@@ -27,15 +27,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let options = Options { start_mm: args.start, ..Options::default() };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
-    if checked.errors > 0 && global.json {
-        for diagnostic in &checked.diagnostics {
-            write_diagnostic(&mut out, diagnostic)?;
-        }
-        out.flush()?;
-        report::totals_of(source.name(), &checked, global);
-    } else {
-        report::checked(source.name(), &checked, global);
+    let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
+    for diagnostic in checked.diagnostics.iter().filter(as_json) {
+        write_error(&mut out, diagnostic)?;
     }
+    out.flush()?;
+    let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
+    report::diagnostics(source.name(), drawn, global);
+    report::totals(source.name(), &checked, global);
     if checked.errors > 0 {
         return Ok(Exit::BadInput);
     }
@@ -57,25 +56,33 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     Ok(Exit::Ok)
 }
 
-fn write_diagnostic(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> {
-    let kind = match diagnostic.severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
+/// An error as `--json` prints it.
+#[derive(serde::Serialize)]
+struct ErrorLine<'a> {
+    r#type: &'static str,
+    rule: &'static str,
+    line: u32,
+    column: u32,
+    message: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    help: Option<&'a str>,
+    /// Lines of the calls that led there, outermost first.
+    #[serde(skip_serializing_if = "<[u32]>::is_empty")]
+    calls: &'a [u32],
+}
+
+fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> anyhow::Result<()> {
+    let line = ErrorLine {
+        r#type: "error",
+        rule: diagnostic.rule,
+        line: diagnostic.span.line,
+        column: diagnostic.column(),
+        message: &diagnostic.message,
+        help: diagnostic.help.as_deref(),
+        calls: &diagnostic.calls,
     };
-    let mut object = serde_json::json!({
-        "type": kind,
-        "rule": diagnostic.rule,
-        "line": diagnostic.span.line,
-        "column": diagnostic.column(),
-        "message": diagnostic.message,
-    });
-    if let Some(help) = &diagnostic.help {
-        object["help"] = help.as_str().into();
-    }
-    if !diagnostic.calls.is_empty() {
-        object["calls"] = diagnostic.calls.clone().into();
-    }
-    writeln!(out, "{object}")
+    writeln!(out, "{}", serde_json::to_string(&line)?)?;
+    Ok(())
 }
 
 fn write_summary(
@@ -223,45 +230,39 @@ fn json_point(text: &mut Vec<u8>, axes: &[Axis], point: &Point) {
 }
 
 fn json_event(text: &mut Vec<u8>, event: &Event) {
-    let (kind, rest): (&[u8], _) = match event.kind {
-        EventKind::Dwell(seconds) => (b"dwell", Some((b"seconds", seconds))),
-        _ => (b"event", None),
-    };
-    text.extend_from_slice(b"{\"type\":\"");
-    text.extend_from_slice(kind);
-    text.extend_from_slice(b"\",\"line\":");
+    let is_dwell = matches!(event.kind, EventKind::Dwell(_));
+    let head: &[u8] = if is_dwell { b"{\"type\":\"dwell\"" } else { b"{\"type\":\"event\"" };
+    text.extend_from_slice(head);
+    text.extend_from_slice(b",\"line\":");
     integer(text, event.line);
-    if let Some((name, value)) = rest {
-        field(text, name, value);
-    }
     match event.kind {
-        EventKind::Dwell(_) => {}
+        EventKind::Dwell(seconds) => field(text, "seconds", seconds),
         EventKind::M { code, spindle_rpm, tool } => {
             text.extend_from_slice(b",\"code\":\"M");
             integer(text, code.into());
             text.push(b'"');
             if let Some(rpm) = spindle_rpm {
-                field(text, b"s", rpm);
+                field(text, "s", rpm);
             }
             if let Some(tool) = tool {
-                field(text, b"t", tool.into());
+                field(text, "t", tool.into());
             }
         }
         EventKind::S(rpm) => {
             text.extend_from_slice(b",\"code\":\"S\"");
-            field(text, b"s", rpm);
+            field(text, "s", rpm);
         }
         EventKind::T(tool) => {
             text.extend_from_slice(b",\"code\":\"T\"");
-            field(text, b"t", tool.into());
+            field(text, "t", tool.into());
         }
     }
     text.extend_from_slice(b"}\n");
 }
 
-fn field(text: &mut Vec<u8>, name: &[u8], value: f64) {
+fn field(text: &mut Vec<u8>, name: &str, value: f64) {
     text.extend_from_slice(b",\"");
-    text.extend_from_slice(name);
+    text.extend_from_slice(name.as_bytes());
     text.extend_from_slice(b"\":");
     number(text, value);
 }
