@@ -125,7 +125,10 @@ fn check_program(header: &Header, job: &Job) -> anyhow::Result<()> {
         );
     }
     if let Some(input) = header.inputs.first() {
-        bail!("the dump was made with the further file '{}', which the program does not read", input.name);
+        bail!(
+            "the dump was made with the further file '{}', which the program does not read",
+            input.name
+        );
     }
     Ok(())
 }
