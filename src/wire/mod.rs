@@ -1,1 +1,24 @@
-//! wire
+//! 7 Command ⇄ bytes on the bus: the protocol of the nodes, without a clock and without IO.
+//!
+//! [`Job`] cuts commands in node buffers, [`lint()`] proves that no node can take data for a
+//! command, [`Master`] sends a job, [`Node`] is the other end: the firmware's behaviour. Time is an
+//! argument, in microseconds. What drives them stands in `wire_io`.
+
+pub mod codec;
+mod error;
+mod frame;
+mod job;
+mod lint;
+mod master;
+mod node;
+mod nodes;
+mod order;
+mod report;
+
+pub use error::JobError;
+pub use job::{Buffer, Fill, Job, Step, waits_for_person};
+pub use lint::lint;
+pub use master::{Master, MasterEvent, Progress, Timing};
+pub use node::{ANSWER_PAUSE_US, Activity, Happening, Node, Run};
+pub use nodes::{Entry, ExecutedTick, Nodes};
+pub use report::{AxisEnd, During, End, Ending, Fault, Position};

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use anyhow::Context;
-use cnc::base::{Machine, Source};
+use cnc::base::axis::AXES;
+use cnc::base::{Machine, Point, Source};
 
 use crate::args::Global;
 
@@ -31,5 +32,32 @@ pub fn profile(name_or_file: &str, global: &Global) -> anyhow::Result<Machine> {
 pub fn warn(machine: &Machine, global: &Global) {
     if !global.quiet {
         machine.warnings().iter().for_each(|warning| say!("warning: {}: {warning}", machine.id));
+    }
+}
+
+/// Reads a position as `--start` takes it: `X,Y,Z`, then further axes in their order if need be.
+pub fn point(text: &str) -> Result<Point, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    if !(3..=AXES).contains(&parts.len()) {
+        return Err("three numbers are expected, as in 75,50,50".to_owned());
+    }
+    let mut point = Point::ZERO;
+    for (value, part) in point.0.iter_mut().zip(parts) {
+        let number = part.trim().parse().ok().filter(|number: &f64| number.is_finite());
+        *value = number.ok_or_else(|| format!("'{part}' is no number"))?;
+    }
+    Ok(point)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_position_is_read_axis_by_axis() {
+        assert_eq!(point("75, -50,1.5").unwrap().0[..4], [75.0, -50.0, 1.5, 0.0]);
+        for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
+            assert!(point(bad).is_err(), "{bad}");
+        }
     }
 }

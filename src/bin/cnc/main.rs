@@ -18,6 +18,7 @@ mod args;
 mod cmd;
 mod exit;
 mod input;
+mod interrupt;
 mod progress;
 mod report;
 

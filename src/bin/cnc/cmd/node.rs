@@ -1,11 +1,198 @@
-//! `cnc node`
+//! `cnc node`: virtual nodes on a pseudo-terminal that behave as the node firmware does.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use cnc::base::{Axis, Machine};
+use cnc::wire::{ANSWER_PAUSE_US, Entry, ExecutedTick, Happening, Nodes};
+use cnc::wire_io::{Pty, Serving, Speed, serve};
+use serde_json::json;
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
+use crate::input;
+use crate::interrupt::Interrupts;
 
+/// How far this system may be late in reading bytes before the nodes' log calls it a hazard.
+const READ_LATE_US: f64 = 5000.0;
+
+/// Virtual nodes on a pseudo-terminal that behave as the node firmware does
+///
+/// Prints the name of the pseudo-terminal, which a host opens like a serial port, and runs until
+/// it is interrupted. What happens on the nodes goes to standard error.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Make a symbolic link to the pseudo-terminal
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// Nodes by axis and ID, as X=122,Y=123; the machine's by default
+    #[arg(long, value_name = "AXIS=ID,…", value_delimiter = ',', value_parser = unit)]
+    units: Vec<(Axis, u8)>,
+    /// Bits a second on the wire; the machine's by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=10_000_000))]
+    baud: Option<u32>,
+    /// Run so many times faster than real nodes, or as fast as bytes come
+    #[arg(long, value_name = "K|max", default_value = "1")]
+    speed: Speed,
+    /// Write the counts that were executed, tick by tick, as CSV
+    #[arg(long, value_name = "FILE")]
+    executed: Option<PathBuf>,
+    /// End when the host has closed the port
+    #[arg(long)]
+    once: bool,
+}
 
-pub fn run(_args: &Args, _global: &Global) -> Outcome {
+fn unit(text: &str) -> Result<(Axis, u8), String> {
+    let expected = || format!("'{text}' is no node; expected one like X=122, IDs from 120 to 135");
+    let (axis, id) = text.trim().split_once('=').ok_or_else(expected)?;
+    let [letter] = axis.as_bytes() else { return Err(expected()) };
+    let axis = Axis::from_letter(letter.to_ascii_uppercase()).ok_or_else(expected)?;
+    let id = id.parse().ok().filter(|id| (120..=135).contains(id)).ok_or_else(expected)?;
+    Ok((axis, id))
+}
+
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    let mut machine = input::machine(global)?;
+    machine.bus.baud = args.baud.unwrap_or(machine.bus.baud);
+    let units = units(args, &machine)?;
+    let interrupts = Interrupts::watch()?;
+    let late_us = match args.speed {
+        Speed::Times(factor) => (READ_LATE_US * factor) as u64,
+        Speed::Max => 0,
+    };
+    let start = machine.nearest_steps(&machine.work_zero_mm);
+    let mut nodes = Nodes::new(&machine, units, &start, ANSWER_PAUSE_US + late_us);
+    let mut pty = Pty::open(args.link.as_deref()).context("no pseudo-terminal")?;
+    announce(&pty, global)?;
+    let mut hazards = 0_u64;
+    let mut entry = |entry: &Entry| {
+        hazards += u64::from(entry.hazard.is_some());
+        log(entry, global);
+    };
+    let stopped = || interrupts.count() > 0;
+    let serving =
+        Serving { speed: args.speed, once: args.once, entry: &mut entry, stopped: &stopped };
+    serve(&mut pty, &mut nodes, serving).context("pseudo-terminal")?;
+    let executed = nodes.executed();
+    if let Some(file) = &args.executed {
+        write_executed(file, &machine, &nodes, &executed)
+            .with_context(|| format!("{} was not written", file.display()))?;
+    }
+    summary(&nodes, &executed, hazards, global)?;
     Ok(Exit::Ok)
+}
+
+fn units(args: &Args, machine: &Machine) -> anyhow::Result<Vec<(Axis, u8)>> {
+    let units = if args.units.is_empty() {
+        machine.bus.nodes.iter().map(|(axis, id)| (*axis, *id)).collect()
+    } else {
+        args.units.clone()
+    };
+    if units.is_empty() {
+        return Err(anyhow!("machine {machine} has no nodes; name some with --units X=122,Y=123"));
+    }
+    for (at, (axis, id)) in units.iter().enumerate() {
+        let twin = |(other, other_id): &(Axis, u8)| other == axis || other_id == id;
+        if units.iter().take(at).any(twin) {
+            return Err(anyhow!("--units: axis {axis} or node {id} is there twice"));
+        }
+    }
+    Ok(units)
+}
+
+fn announce(pty: &Pty, global: &Global) -> std::io::Result<()> {
+    let name = pty.name().display();
+    let mut out = std::io::stdout().lock();
+    if global.json {
+        writeln!(out, "{}", json!({ "schema": 1, "pty": name.to_string() }))?;
+    } else {
+        writeln!(out, "{name}")?;
+    }
+    out.flush()
+}
+
+/// Hazards always; the rest if the user wants more. Pings come before every fill.
+fn log(entry: &Entry, global: &Global) {
+    let what = match entry.happening {
+        Happening::FillBegins { master: true } => "is filled, as master".to_owned(),
+        Happening::FillBegins { master: false } => "is filled".to_owned(),
+        Happening::Filled => "is full".to_owned(),
+        Happening::Starts => "starts".to_owned(),
+        Happening::Finished => "has executed its buffer".to_owned(),
+        Happening::Homes { ticks } => format!("runs to its limit switch, {ticks} ticks away"),
+        Happening::Jogs { feed: 0 } => "is pinged".to_owned(),
+        Happening::Jogs { feed } => format!("jogs with feed byte {feed}"),
+        Happening::SyncWaited { entry, waited_us } => {
+            format!("took the sync byte of entry {entry} {waited_us} µs late")
+        }
+        Happening::Overrun => "has lost a byte".to_owned(),
+    };
+    let (at_s, axis) = (entry.at_us as f64 * 1e-6, entry.axis);
+    match entry.hazard {
+        Some(hazard) => say!("hazard at {at_s:.6} s: node {axis} {what}: it {hazard}"),
+        None if global.verbose => say!("{at_s:.6} s: node {axis} {what}"),
+        None => {}
+    }
+}
+
+/// Written whole or not at all.
+fn write_executed(
+    file: &Path,
+    machine: &Machine,
+    nodes: &Nodes,
+    executed: &[ExecutedTick],
+) -> anyhow::Result<()> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut part = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+    let axes: Vec<Axis> = machine.axes.iter().map(|profile| profile.axis).collect();
+    let axes: Vec<Axis> = nodes.iter().map(|(axis, _)| axis).chain(axes).collect();
+    let axes: cnc::base::AxisSet = axes.into_iter().collect();
+    let mut out = std::io::BufWriter::new(part.as_file_mut());
+    let names: Vec<String> = axes.iter().map(|axis| axis.to_string()).collect();
+    writeln!(out, "tick,buffer,{}", names.join(","))?;
+    for (tick, row) in executed.iter().enumerate() {
+        write!(out, "{tick},{}", row.buffer)?;
+        axes.iter().try_for_each(|axis| write!(out, ",{}", row.counts[axis]))?;
+        writeln!(out)?;
+    }
+    out.flush()?;
+    drop(out);
+    part.persist(file)?;
+    Ok(())
+}
+
+fn summary(
+    nodes: &Nodes,
+    executed: &[ExecutedTick],
+    hazards: u64,
+    global: &Global,
+) -> std::io::Result<()> {
+    let buffers = executed.last().map_or(0, |tick| tick.buffer + 1);
+    if global.json {
+        let axes: serde_json::Map<_, _> = nodes
+            .iter()
+            .map(|(axis, node)| {
+                let state = json!({
+                    "id": node.id(),
+                    "steps": node.position_steps(),
+                    "full": node.is_full(),
+                });
+                (axis.to_string(), state)
+            })
+            .collect();
+        let ticks = executed.len();
+        let result = json!({
+            "schema": 1, "ticks": ticks, "buffers": buffers, "hazards": hazards, "axes": axes,
+        });
+        writeln!(std::io::stdout(), "{result}")?;
+    }
+    if !global.quiet {
+        say!("{} ticks executed in {buffers} buffers, {hazards} hazards", executed.len());
+        for (axis, node) in nodes.iter() {
+            let full = if node.is_full() { ", holds a buffer" } else { "" };
+            say!("{axis}: node {} at step {}{full}", node.id(), node.position_steps());
+        }
+    }
+    Ok(())
 }

@@ -1,11 +1,173 @@
-//! `cnc send`
+//! `cnc send`: a program or a dump is checked, shown, and streamed to the nodes.
 
+mod operator;
+mod result;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, anyhow};
+use cnc::base::{AxisMap, Command, Machine, Progress, Source};
+use cnc::tape;
+use cnc::wire::{self, ANSWER_PAUSE_US, Ending, Job, Master, Nodes, Timing};
+use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
+
+use self::operator::Terminal;
+use self::result::Report;
 use crate::args::Global;
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, ExitWith, Failure, Outcome};
+use crate::input;
+use crate::interrupt::Interrupts;
+use crate::progress::Bar;
 
+/// Streams a program or a command dump to the nodes
+///
+/// All of it is checked before the port is opened. Ctrl-C stops where the axes are slow enough to
+/// stop without a ramp, or at the end of the buffer; a second one does not wait for that.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program
+    #[arg(value_name = "PORT")]
+    port: PathBuf,
+    /// NC program or command dump; - is standard input
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Check and show the job, send nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Do not ask before the job starts
+    #[arg(long)]
+    yes: bool,
+    /// Pace so many times faster, for virtual nodes that run at the same speed
+    #[arg(long, value_name = "K|max")]
+    speed: Option<Speed>,
+    /// Go over M0, M1, M6 and M60 without waiting
+    #[arg(long)]
+    ignore_stops: bool,
+}
 
-pub fn run(_args: &Args, _global: &Global) -> Outcome {
-    Ok(Exit::Ok)
+/// The port that stands for nodes within this program.
+const SIMULATED: &str = "sim:";
+
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    let machine = input::machine(global)?;
+    let source = input::source(&args.file)?;
+    check_speed(args)?;
+    let (commands, start_steps) = commands(&source, &machine)?;
+    let job = Job::new(commands, start_steps, &machine).or_bad_input()?;
+    wire::lint(&job, &machine).or_bad_input()?;
+    let report = Report { machine: &machine, global };
+    report.job(&job);
+    let interrupts = Interrupts::watch()?;
+    let operator = Terminal::new(args.ignore_stops, global, interrupts);
+    operator.check_stops(&job).or_bad_input()?;
+    if args.dry_run {
+        report.dry_run(&job)?;
+        return Ok(Exit::Ok);
+    }
+    if !args.yes && !operator.asks("Start the job?") {
+        say!("nothing was sent");
+        return Ok(Exit::Interrupted);
+    }
+    if args.port == Path::new(SIMULATED) {
+        simulate(&report, job, operator)
+    } else {
+        send(args, &report, job, operator)
+    }
+}
+
+/// What the machine is to do, and where it stands at the start, from a program or a dump.
+fn commands(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64>), Failure> {
+    let mut first = Vec::new();
+    std::io::Read::read_to_end(&mut std::io::Read::take(source.reader(0), 16), &mut first)
+        .with_context(|| source.name().to_owned())?;
+    if !tape::looks_like_dump(&first) {
+        return Err(anyhow!("{} is no command dump", source.name())).or_bad_input();
+    }
+    let reader = tape::Reader::open(source.clone()).or_bad_input()?;
+    let header = reader.header();
+    let stranger = |what: &str| {
+        let name = source.name();
+        Err(anyhow!("{name} was made {what}; make it anew with `cnc interpolate --csv`"))
+            .or_bad_input()
+    };
+    if header.machine.sha256 != machine.sha256() {
+        let made_for = &header.machine.name;
+        return stranger(&format!(
+            "for machine {made_for} or another version of it, not for {}",
+            machine.id
+        ));
+    }
+    if header.tick_us != machine.bus.tick_us {
+        let (made, bus) = (header.tick_us, machine.bus.tick_us);
+        return stranger(&format!("with ticks of {made} µs, the bus has {bus} µs"));
+    }
+    if header.options.iter().any(|(name, value)| name == "encoder" && value == "thesis") {
+        return stranger("with --encoder thesis, which is for comparison only");
+    }
+    let start_steps = header.start_steps;
+    let commands = reader.collect::<Result<_, _>>().or_bad_input()?;
+    Ok((commands, start_steps))
+}
+
+/// Real nodes keep their own time.
+fn check_speed(args: &Args) -> anyhow::Result<()> {
+    let simulated = args.port == Path::new(SIMULATED) || wire_io::is_pseudo_terminal(&args.port);
+    if args.speed.is_some() && args.port.exists() && !simulated {
+        let port = args.port.display();
+        return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));
+    }
+    Ok(())
+}
+
+fn simulate(report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {
+    let machine = report.machine;
+    let units = job_units(machine);
+    let nodes = Nodes::new(machine, units, &job.start_steps, ANSWER_PAUSE_US);
+    let mut link = Sim::new(nodes);
+    let (job, ending) = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator);
+    let mut hazards = 0;
+    while let Some(entry) = link.nodes_mut().poll_log() {
+        if let Some(hazard) = entry.hazard {
+            say!("hazard at node {}: it {hazard}", entry.axis);
+            hazards += 1;
+        }
+    }
+    let difference = job.first_difference(&link.nodes().executed());
+    report.simulated(&job, &ending, difference, hazards)
+}
+
+fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {
+    let machine = report.machine;
+    let speed = args.speed.unwrap_or(Speed::Times(1.0));
+    let port = Serial::open(&args.port, machine.bus.baud).or_bus()?;
+    if let Some(ms) = wire_io::latency_timer_ms(&args.port).filter(|ms| *ms > 1) {
+        operator.say(&format!(
+            "the adapter keeps answers back for up to {ms} ms; 1 ms is better: echo 1 | sudo tee \
+             /sys/bus/usb-serial/devices/*/latency_timer"
+        ));
+    }
+    let reply_timeout = Duration::from_millis(machine.bus.reply_timeout_ms.into());
+    let mut link = Paced::new(port, speed, reply_timeout);
+    let (_, ending) = stream(&mut link, machine, job, speed, &mut operator);
+    report.ending(&ending)
+}
+
+fn job_units(machine: &Machine) -> Vec<(cnc::base::Axis, u8)> {
+    machine.bus.nodes.iter().map(|(axis, id)| (*axis, *id)).collect()
+}
+
+fn stream(
+    link: &mut impl Link,
+    machine: &Machine,
+    job: Job,
+    speed: Speed,
+    operator: &mut Terminal,
+) -> (Job, Ending) {
+    let timing = Timing::new(&machine.bus, speed.factor());
+    operator.bar.begin(job.ticks);
+    let mut master = Master::new(job, machine, timing);
+    let ending = drive(link, &mut master, operator);
+    operator.bar.end();
+    (master.into_job(), ending)
 }

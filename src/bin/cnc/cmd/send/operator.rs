@@ -1,0 +1,116 @@
+//! The person at the terminal, or nobody.
+
+use std::io::{IsTerminal, stdin};
+
+use anyhow::anyhow;
+use cnc::base::{Event, Progress};
+use cnc::wire::{Job, Master, MasterEvent, waits_for_person};
+use cnc::wire_io::Operator;
+use rustix::event::{PollFd, PollFlags, Timespec};
+
+use super::Bar;
+use crate::args::Global;
+use crate::interrupt::Interrupts;
+
+/// Tells and asks on a terminal; asks nothing where there is none.
+pub struct Terminal {
+    pub bar: Bar,
+    ignore_stops: bool,
+    can_ask: bool,
+    quiet: bool,
+    verbose: bool,
+    interrupts: Interrupts,
+}
+
+impl Terminal {
+    pub fn new(ignore_stops: bool, global: &Global, interrupts: Interrupts) -> Self {
+        Terminal {
+            bar: Bar::new(global.quiet),
+            ignore_stops,
+            can_ask: !global.no_input && stdin().is_terminal(),
+            quiet: global.quiet,
+            verbose: global.verbose,
+            interrupts,
+        }
+    }
+
+    /// Refuses a job that would wait for a person who is not there.
+    pub fn check_stops(&self, job: &Job) -> anyhow::Result<()> {
+        let stop = job.events().find(|event| waits_for_person(event.kind));
+        match stop {
+            Some(stop) if !self.ignore_stops && !self.can_ask => Err(anyhow!(
+                "line {}: {} waits for a person, and there is nobody to ask; --ignore-stops goes on",
+                stop.line,
+                stop.kind
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Asks for a yes; without a terminal the answer is yes.
+    pub fn asks(&self, question: &str) -> bool {
+        if !self.can_ask {
+            return true;
+        }
+        self.bar.suspend(|| {
+            say!("{question} [Enter: yes, n: no]");
+            let answer = self.line();
+            answer.is_some_and(|line| !line.trim_start().starts_with(['n', 'N', 'q', 'Q']))
+        })
+    }
+
+    /// Says a line unless the user wants errors only.
+    pub fn say(&self, text: &str) {
+        if !self.quiet {
+            self.bar.say(text);
+        }
+    }
+
+    /// A line from standard input; none at its end or when the operator interrupts.
+    fn line(&self) -> Option<String> {
+        let interrupts = self.interrupts.count();
+        let wait = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+        loop {
+            let input = stdin();
+            let mut polled = [PollFd::new(&input, PollFlags::IN)];
+            if rustix::event::poll(&mut polled, Some(&wait)).is_ok_and(|ready| ready > 0) {
+                let mut line = String::new();
+                return (stdin().read_line(&mut line).ok()? > 0).then_some(line);
+            }
+            if self.interrupts.count() > interrupts {
+                return None;
+            }
+        }
+    }
+}
+
+impl Operator for Terminal {
+    fn event(&mut self, event: &MasterEvent) {
+        match event {
+            MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
+            MasterEvent::Filling { buffer, axis } if self.verbose => {
+                self.say(&format!("buffer {buffer}: node {axis} is filled"));
+            }
+            MasterEvent::Started { buffer } if self.verbose => {
+                self.say(&format!("buffer {buffer}: started"));
+            }
+            MasterEvent::Held { line } => self.say(&format!("held before line {line}")),
+            _ => {}
+        }
+    }
+
+    fn pause(&mut self, event: &Event) -> bool {
+        self.say(&format!("line {}: {}", event.line, event.kind));
+        self.ignore_stops || self.asks("All nodes are idle. Go on?")
+    }
+
+    fn progress(&mut self, master: &Master) {
+        let progress = master.progress();
+        self.bar.buffer(progress.buffer);
+        self.bar.set(progress.ticks, progress.line);
+    }
+
+    fn interrupts(&mut self) -> usize {
+        self.interrupts.count()
+    }
+}

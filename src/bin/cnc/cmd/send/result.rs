@@ -1,0 +1,184 @@
+//! What `send` says of a job before and after it.
+
+use std::io::{self, Write};
+
+use cnc::base::{Axis, Event, EventKind, Machine};
+use cnc::wire::{End, Ending, Job, Position};
+use serde_json::{Map, Value, json};
+
+use crate::args::Global;
+use crate::exit::{Exit, Outcome};
+
+/// Tells of jobs.
+pub struct Report<'a> {
+    pub machine: &'a Machine,
+    pub global: &'a Global,
+}
+
+impl Report<'_> {
+    /// What is about to happen, and what is taken for granted.
+    pub fn job(&self, job: &Job) {
+        if self.global.quiet {
+            return;
+        }
+        let nodes: Vec<String> =
+            job.nodes.iter().map(|(axis, id)| format!("{axis} (node {id})")).collect();
+        say!("machine   {}", self.machine);
+        say!(
+            "moves     {}",
+            if nodes.is_empty() { "nothing".to_owned() } else { nodes.join(", ") }
+        );
+        for (axis, [low, high]) in extents(job) {
+            say!("          {axis} {low:.3} to {high:.3} {}", unit(axis));
+        }
+        let starts: Vec<String> = self
+            .machine
+            .axes
+            .iter()
+            .map(|profile| profile.axis)
+            .map(|axis| format!("{axis} {:.3}", job.start_mm[axis]))
+            .collect();
+        say!("start     the machine has to stand at {}", starts.join(", "));
+        let (ticks, buffers) = (job.ticks, job.buffers().count());
+        let time = clock(job.duration_us(&self.machine.bus));
+        say!("time      {time}, {ticks} ticks in {buffers} buffers");
+        let told: Vec<String> = job.events().filter(|event| is_told(event)).map(told).collect();
+        let more = told.len().saturating_sub(10);
+        for (at, event) in told.iter().take(10).enumerate() {
+            say!("{:10}{event}", if at == 0 { "events" } else { "" });
+        }
+        if more > 0 {
+            say!("          and {more} more");
+        }
+    }
+
+    pub fn dry_run(&self, job: &Job) -> io::Result<()> {
+        if self.global.json {
+            let mut result = self.base("dry-run", job.ticks, job.buffers().count() as u64);
+            let seconds = job.duration_us(&self.machine.bus) as f64 * 1e-6;
+            result.insert("seconds".to_owned(), json!(seconds));
+            let extents = extents(job).map(|(axis, range)| (axis.to_string(), json!(range)));
+            result.insert("extents_mm".to_owned(), Value::Object(extents.collect()));
+            writeln!(io::stdout(), "{}", Value::Object(result))
+        } else {
+            writeln!(io::stdout(), "safe for the bus; nothing was sent")
+        }
+    }
+
+    /// The end of a job on nodes outside.
+    pub fn ending(&self, ending: &Ending) -> Outcome {
+        self.finish(ending, None)
+    }
+
+    /// The end of a job on nodes within this program, which tell what they executed.
+    pub fn simulated(
+        &self,
+        job: &Job,
+        ending: &Ending,
+        difference: Option<(u64, u32)>,
+        hazards: u64,
+    ) -> Outcome {
+        let difference = difference.filter(|_| ending.end == End::Done);
+        if let Some((tick, line)) = difference {
+            say!("error: line {line}, tick {tick}: the nodes did not execute what was planned");
+        } else if ending.end == End::Done && !self.global.quiet {
+            say!("the nodes executed what was planned, tick by tick ({} ticks)", job.ticks);
+        }
+        let equal = difference.is_none() && hazards == 0;
+        let exit = self.finish(ending, (ending.end == End::Done).then_some(equal))?;
+        Ok(if exit == Exit::Ok && !equal { Exit::Bus } else { exit })
+    }
+
+    fn finish(&self, ending: &Ending, executed_as_planned: Option<bool>) -> Outcome {
+        let (name, exit) = match &ending.end {
+            End::Done => ("done", Exit::Ok),
+            End::Interrupted => ("interrupted", Exit::Interrupted),
+            End::Failed(_) => ("failed", Exit::Bus),
+        };
+        let fault = match &ending.end {
+            End::Failed(fault) => Some(fault.to_string()),
+            End::Done | End::Interrupted => None,
+        };
+        if let Some(fault) = &fault {
+            say!("error: {fault}");
+        }
+        self.positions(ending);
+        if self.global.json {
+            let mut result = self.base(name, ending.ticks, ending.buffers);
+            let axes = ending.axes.iter().map(|end| {
+                let state = json!({
+                    "steps": end.steps, "position_mm": end.position_mm, "state": end.position.name(),
+                });
+                (end.axis.to_string(), state)
+            });
+            result.insert("axes".to_owned(), Value::Object(axes.collect()));
+            result.insert("power_cycle".to_owned(), json!(ending.power_cycle));
+            result.insert("late_us".to_owned(), json!(ending.late_us));
+            result.insert("late_us_max".to_owned(), json!(ending.late_us_max));
+            result.insert("executed_as_planned".to_owned(), json!(executed_as_planned));
+            result.insert("error".to_owned(), json!(fault));
+            writeln!(io::stdout(), "{}", Value::Object(result))?;
+        } else {
+            let (ticks, buffers) = (ending.ticks, ending.buffers);
+            let (late, late_max) = (ending.late_us as f64 * 1e-3, ending.late_us_max as f64 * 1e-3);
+            writeln!(
+                io::stdout(),
+                "{name}: {ticks} ticks acknowledged in {buffers} whole buffers; late by \
+                 {late:.1} ms in all, {late_max:.2} ms at most"
+            )?;
+        }
+        Ok(exit)
+    }
+
+    fn positions(&self, ending: &Ending) {
+        if self.global.quiet && ending.end == End::Done {
+            return;
+        }
+        for end in &ending.axes {
+            let state = match end.position {
+                Position::Known => "known",
+                Position::KnownUntilPowerOff => "known until its node is switched off",
+                Position::Unknown => "unknown from here on: home it",
+            };
+            let unit = unit(end.axis);
+            say!("{} at {:.3} {unit} (step {}), {state}", end.axis, end.position_mm, end.steps);
+        }
+        if ending.power_cycle {
+            say!(
+                "some nodes still hold a buffer and would take every byte as a tick of it: switch all nodes off and on, then home"
+            );
+        }
+    }
+
+    fn base(&self, result: &str, ticks: u64, buffers: u64) -> Map<String, Value> {
+        let fields = [
+            ("schema", json!(1)),
+            ("result", json!(result)),
+            ("machine", json!(self.machine.id)),
+            ("ticks", json!(ticks)),
+            ("buffers", json!(buffers)),
+        ];
+        fields.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+}
+
+fn extents(job: &Job) -> impl Iterator<Item = (Axis, [f64; 2])> {
+    Axis::ALL.into_iter().filter_map(|axis| Some((axis, job.extents_mm[axis]?)))
+}
+
+fn unit(axis: Axis) -> &'static str {
+    if axis.is_rotary() { "°" } else { "mm" }
+}
+
+fn is_told(event: &Event) -> bool {
+    !matches!(event.kind, EventKind::Dwell(_))
+}
+
+fn told(event: &Event) -> String {
+    format!("line {}: {}", event.line, event.kind)
+}
+
+fn clock(us: u64) -> String {
+    let s = us.div_ceil(1_000_000);
+    format!("{}:{:02}:{:02} h", s / 3600, s / 60 % 60, s % 60)
+}

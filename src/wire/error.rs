@@ -1,0 +1,185 @@
+//! Why a job cannot be sent over a bus.
+
+use crate::base::{Axis, Event, Tick};
+use crate::wire::order::Clash;
+
+/// What the machine, its bus or its nodes cannot do. Ticks count from 0 over the whole job, lines
+/// are those of the NC program.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum JobError {
+    /// The profile names no protocol.
+    #[error("this machine's profile says bus.protocol = \"none\": nothing can be sent over it")]
+    NoProtocol,
+    /// H6.
+    #[error(
+        "bus.tick_us = {tick_us} is too short: a node needs {least_us} µs between two sync bytes, \
+         or it loses them"
+    )]
+    TickTooShort {
+        /// The profile's.
+        tick_us: u32,
+        /// What the nodes need.
+        least_us: u32,
+    },
+    /// The firmware starts on 120 and nothing else.
+    #[error("bus.host_id = {host_id}: the nodes start on 120 and nothing else")]
+    HostId {
+        /// The profile's.
+        host_id: u8,
+    },
+    /// An odd buffer would turn round the pairs of nodes that take no part.
+    #[error(
+        "bus.buffer_ticks = {buffer_ticks}: it must be even, and more than the 4 zeros at a buffer's end"
+    )]
+    BufferTicks {
+        /// The profile's.
+        buffer_ticks: u32,
+    },
+    /// H5.
+    #[error("node {id} of axis {axis}: a node's ID is 121 to 135")]
+    NodeId {
+        /// The axis.
+        axis: Axis,
+        /// Its node's ID.
+        id: u8,
+    },
+    /// Two nodes would obey the same commands.
+    #[error("axes {axis} and {other} both have node {id}")]
+    SameId {
+        /// One axis.
+        axis: Axis,
+        /// The other.
+        other: Axis,
+        /// Their ID.
+        id: u8,
+    },
+    /// A tick moves an axis that the machine lacks.
+    #[error("line {line}, tick {tick}: axis {axis} moves, and the machine has none")]
+    NoAxis {
+        /// The axis.
+        axis: Axis,
+        /// The tick.
+        tick: u64,
+        /// Its line.
+        line: u32,
+    },
+    /// An axis moves that has no node.
+    #[error("line {line}, tick {tick}: axis {axis} moves, and bus.nodes has no node for it")]
+    NoNode {
+        /// The axis.
+        axis: Axis,
+        /// The first tick in which it moves.
+        tick: u64,
+        /// Its line.
+        line: u32,
+    },
+    /// More steps than byte or axis allow.
+    #[error(
+        "line {line}, tick {tick}: {count} steps of axis {axis} in a tick, at most {count_max} are allowed"
+    )]
+    Count {
+        /// The axis.
+        axis: Axis,
+        /// Its steps.
+        count: i32,
+        /// The most allowed.
+        count_max: u32,
+        /// The tick.
+        tick: u64,
+        /// Its line.
+        line: u32,
+    },
+    /// H12.
+    #[error(
+        "line {line}, tick {tick}: axis {axis} would go to {position_mm}, its travel is {low_mm} to {high_mm}"
+    )]
+    Travel {
+        /// The axis.
+        axis: Axis,
+        /// Where it would go, in machine coordinates.
+        position_mm: f64,
+        /// Least position.
+        low_mm: f64,
+        /// Greatest position.
+        high_mm: f64,
+        /// The tick.
+        tick: u64,
+        /// Its line.
+        line: u32,
+    },
+    /// Buffers come one after another.
+    #[error("tick {tick}: buffer {buffer} comes after a later one")]
+    BufferOrder {
+        /// The tick.
+        tick: u64,
+        /// Its buffer.
+        buffer: u32,
+    },
+    /// H11: the last entries stay zero.
+    #[error(
+        "buffer {buffer} (from line {line}) has {motion_ticks} ticks of motion, a node holds {motion_ticks_max}"
+    )]
+    BufferLength {
+        /// The buffer.
+        buffer: u32,
+        /// Its ticks.
+        motion_ticks: usize,
+        /// The most allowed.
+        motion_ticks_max: u32,
+        /// Its first line.
+        line: u32,
+    },
+    /// H11: motion stops or starts here without a ramp.
+    #[error(
+        "line {line}, tick {tick}: motion starts or stops here at {count} steps a tick of axis {axis}, at most {steps_max} do without a ramp"
+    )]
+    NotAtRest {
+        /// The axis.
+        axis: Axis,
+        /// Its steps in that tick.
+        count: i32,
+        /// What it can start and stop at.
+        steps_max: u32,
+        /// The tick.
+        tick: u64,
+        /// Its line.
+        line: u32,
+    },
+    /// Hands in the machine need idle nodes.
+    #[error("line {}: {} waits for a person and must end buffer {buffer}, but motion follows in it", event.line, event.kind)]
+    PauseInside {
+        /// The buffer.
+        buffer: u32,
+        /// The event.
+        event: Event,
+    },
+    /// H1 to H3: a node would take data for a command.
+    #[error(
+        "line {line}, tick {tick}: the data of axis {axis} holds a command to node {id} of axis \
+         {other}, and no order of filling avoids it; give that node an ID from 121 to 127"
+    )]
+    Command {
+        /// Whose data.
+        axis: Axis,
+        /// Who would obey.
+        other: Axis,
+        /// Its ID.
+        id: u8,
+        /// The tick.
+        tick: u64,
+        /// Its line; 0 in pads.
+        line: u32,
+    },
+}
+
+impl JobError {
+    pub(super) fn clash(clash: Clash, base: u64, ticks: &[Tick]) -> Self {
+        JobError::Command {
+            axis: clash.axis,
+            other: clash.other,
+            id: clash.id,
+            tick: base + clash.tick as u64,
+            line: ticks.get(clash.tick).map_or(0, |tick| tick.line),
+        }
+    }
+}

@@ -1,0 +1,421 @@
+//! Commands → node buffers: who takes part in each, in which order they are filled, with which
+//! bytes.
+//!
+//! Rules: only nodes whose axis moves in a buffer are filled, one of them as master; a buffer in
+//! which nothing moves is not sent; every buffer ends with zeros and at rest; events between
+//! buffers stay between them. Refuses what the machine or the bus cannot do, before anything is
+//! sent; whether bytes could be taken for commands is proved by [`crate::wire::lint`].
+
+use crate::base::machine::{self, AxisProfile, Bus, PADS_MIN, Protocol};
+use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
+use crate::wire::codec;
+use crate::wire::error::JobError;
+use crate::wire::node::{ANSWER_PAUSE_US, SPI_US, START};
+use crate::wire::nodes::{ExecutedTick, byte_ns};
+use crate::wire::order;
+
+/// A whole job, ready for the bus.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// What happens, in order.
+    pub steps: Vec<Step>,
+    /// Machine position at the start, in motor steps.
+    pub start_steps: AxisMap<i64>,
+    /// The same in mm on the axes that the machine has; degrees on rotary axes.
+    pub start_mm: AxisMap<f64>,
+    /// Machine position at the end, in motor steps.
+    pub end_steps: AxisMap<i64>,
+    /// Least and greatest machine position of each axis that moves; degrees on rotary axes.
+    pub extents_mm: AxisMap<Option<[f64; 2]>>,
+    /// Ticks that the nodes execute, pads not counted.
+    pub ticks: u64,
+    /// Nodes that take part in any buffer, by axis.
+    pub nodes: Vec<(Axis, u8)>,
+}
+
+/// One step of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// A buffer is filled and executed.
+    Buffer(Buffer),
+    /// Something happens while all nodes are idle.
+    Event(Event),
+}
+
+/// One buffer of the nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Buffer {
+    /// Number of the buffer in the plan, from 0.
+    pub number: u32,
+    /// Nodes that are filled, in the order of filling.
+    pub fills: Vec<Fill>,
+    /// NC line of each tick up to the last in which an axis moves. All entries after it are pads.
+    pub lines: Vec<u32>,
+    /// Events within the buffer, each before the tick of this number.
+    pub events: Vec<(usize, Event)>,
+}
+
+/// One node's part in a buffer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fill {
+    /// The node's axis.
+    pub axis: Axis,
+    /// The node's ID.
+    pub id: u8,
+    /// It answers every tick.
+    pub master: bool,
+    /// Its buffer, pads included.
+    pub bytes: Vec<u8>,
+}
+
+impl Buffer {
+    /// Signed steps of a node that is filled, in one tick.
+    pub fn count(&self, fill: &Fill, tick: usize) -> i32 {
+        fill.bytes.get(tick).map_or(0, |byte| codec::decode(*byte))
+    }
+
+    /// The counts of all axes in one tick.
+    pub fn counts(&self, tick: usize) -> AxisMap<i32> {
+        let mut counts = AxisMap::default();
+        self.fills.iter().for_each(|fill| counts[fill.axis] = self.count(fill, tick));
+        counts
+    }
+
+    /// The node that answers every tick.
+    pub fn master(&self) -> Option<&Fill> {
+        self.fills.iter().find(|fill| fill.master)
+    }
+}
+
+impl Job {
+    /// Cuts a command stream in node buffers. `start_steps` is where the machine stands.
+    ///
+    /// # Errors
+    /// The first thing that the machine, its bus or its nodes cannot do.
+    pub fn new(
+        commands: impl IntoIterator<Item = Command>,
+        start_steps: AxisMap<i64>,
+        machine: &Machine,
+    ) -> Result<Job, JobError> {
+        check_bus(&machine.bus)?;
+        let mut cutter = Cutter::new(start_steps, machine);
+        for command in commands {
+            match command {
+                Command::Tick(tick) => cutter.tick(tick)?,
+                Command::Event(event) => cutter.events.push((cutter.ticks.len(), event)),
+            }
+        }
+        cutter.flush()?;
+        let mut nodes: Vec<(Axis, u8)> = cutter.steps.iter().flat_map(participants).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let low_high = cutter.extents_steps;
+        let mm = |axis: Axis, steps: i64| {
+            machine.axis(axis).map_or(0.0, |profile| steps as f64 / profile.steps_per_mm)
+        };
+        Ok(Job {
+            start_steps,
+            start_mm: AxisMap::from_fn(|axis| mm(axis, start_steps[axis])),
+            end_steps: cutter.position,
+            extents_mm: AxisMap::from_fn(|axis| {
+                let [low, high] = low_high[axis];
+                (low != high).then(|| [mm(axis, low), mm(axis, high)])
+            }),
+            ticks: cutter.steps.iter().map(ticks).sum(),
+            nodes,
+            steps: cutter.steps,
+        })
+    }
+
+    /// The buffers, in order.
+    pub fn buffers(&self) -> impl Iterator<Item = &Buffer> {
+        self.steps.iter().filter_map(|step| match step {
+            Step::Buffer(buffer) => Some(buffer),
+            Step::Event(_) => None,
+        })
+    }
+
+    /// The first tick, from 0, that nodes did not execute as planned, and its line; the line is
+    /// that of the last tick if they executed more.
+    pub fn first_difference(&self, executed: &[ExecutedTick]) -> Option<(u64, u32)> {
+        let tick = |buffer: &'_ Buffer, tick| (buffer.lines[tick], buffer.counts(tick));
+        let mut rest = executed.iter();
+        let (mut at, mut last_line) = (0, 0);
+        for buffer in self.buffers() {
+            for (line, counts) in (0..buffer.lines.len()).map(|at| tick(buffer, at)) {
+                if rest.next().is_none_or(|executed| executed.counts != counts) {
+                    return Some((at, line));
+                }
+                (at, last_line) = (at + 1, line);
+            }
+        }
+        rest.next().map(|_| (at, last_line))
+    }
+
+    /// All events, in order.
+    pub fn events(&self) -> impl Iterator<Item = &Event> {
+        self.steps.iter().flat_map(|step| match step {
+            Step::Buffer(buffer) => buffer.events.iter().map(|(_, event)| event).collect(),
+            Step::Event(event) => vec![event],
+        })
+    }
+
+    /// Roughly how long the job takes with a perfect host: fills, ticks, pads and dwells; pauses
+    /// for a person not counted.
+    pub fn duration_us(&self, bus: &Bus) -> u64 {
+        let wire_us = |bytes: u64| (bytes * byte_ns(bus.baud)) / 1000;
+        let entries = u64::from(bus.buffer_ticks);
+        let pad_us = wire_us(2).max(wire_us(1) + ANSWER_PAUSE_US) + SPI_US;
+        // Ping 7 bytes, fill command and two answers 4.
+        let fill_us = wire_us(entries + 11);
+        let dwells_s: f64 = self.events().map(|event| dwell_s(event.kind)).sum();
+        let buffer_us = |buffer: &Buffer| {
+            let ticks = buffer.lines.len() as u64;
+            let pads = entries.saturating_sub(ticks);
+            buffer.fills.len() as u64 * fill_us + ticks * u64::from(bus.tick_us) + pads * pad_us
+        };
+        self.buffers().map(buffer_us).sum::<u64>() + (dwells_s * 1e6) as u64
+    }
+}
+
+/// Whether an event waits for a person: M0, M1, M6, M60.
+pub fn waits_for_person(kind: EventKind) -> bool {
+    matches!(kind, EventKind::M { code: 0 | 1 | 6 | 60, .. })
+}
+
+fn dwell_s(kind: EventKind) -> f64 {
+    if let EventKind::Dwell(seconds) = kind { seconds } else { 0.0 }
+}
+
+fn participants(step: &Step) -> Vec<(Axis, u8)> {
+    match step {
+        Step::Buffer(buffer) => buffer.fills.iter().map(|fill| (fill.axis, fill.id)).collect(),
+        Step::Event(_) => Vec::new(),
+    }
+}
+
+fn ticks(step: &Step) -> u64 {
+    match step {
+        Step::Buffer(buffer) => buffer.lines.len() as u64,
+        Step::Event(_) => 0,
+    }
+}
+
+/// What a node needs between two sync bytes beyond its pulses: the SPI exchange and the pause
+/// after the answer, rounded up (H6).
+const SYNC_OVERHEAD_US: u32 = 280;
+
+fn check_bus(bus: &Bus) -> Result<(), JobError> {
+    if bus.protocol == Protocol::None {
+        return Err(JobError::NoProtocol);
+    }
+    let least_us = bus.node_tick_us.saturating_add(SYNC_OVERHEAD_US);
+    if bus.tick_us < least_us {
+        return Err(JobError::TickTooShort { tick_us: bus.tick_us, least_us });
+    }
+    if bus.host_id != START {
+        return Err(JobError::HostId { host_id: bus.host_id });
+    }
+    if !bus.buffer_ticks.is_multiple_of(2) || bus.buffer_ticks <= PADS_MIN {
+        return Err(JobError::BufferTicks { buffer_ticks: bus.buffer_ticks });
+    }
+    for (axis, id) in &bus.nodes {
+        if !(START + 1..=START + 15).contains(id) {
+            return Err(JobError::NodeId { axis: *axis, id: *id });
+        }
+        let twin = bus.nodes.iter().find(|(other, other_id)| *other != axis && *other_id == id);
+        if let Some((other, _)) = twin {
+            return Err(JobError::SameId { axis: *axis, other: *other, id: *id });
+        }
+    }
+    Ok(())
+}
+
+/// Gathers the ticks and events of one buffer after another.
+struct Cutter<'a> {
+    machine: &'a Machine,
+    steps: Vec<Step>,
+    number: Option<u32>,
+    ticks: Vec<Tick>,
+    events: Vec<(usize, Event)>,
+    position: AxisMap<i64>,
+    extents_steps: AxisMap<[i64; 2]>,
+    total: u64,
+}
+
+impl<'a> Cutter<'a> {
+    fn new(start_steps: AxisMap<i64>, machine: &'a Machine) -> Self {
+        Cutter {
+            machine,
+            steps: Vec::new(),
+            number: None,
+            ticks: Vec::new(),
+            events: Vec::new(),
+            position: start_steps,
+            extents_steps: AxisMap::from_fn(|axis| [start_steps[axis]; 2]),
+            total: 0,
+        }
+    }
+
+    fn tick(&mut self, tick: Tick) -> Result<(), JobError> {
+        match self.number {
+            Some(number) if tick.buffer < number => {
+                return Err(JobError::BufferOrder { tick: self.total, buffer: tick.buffer });
+            }
+            Some(number) if tick.buffer > number => self.flush()?,
+            _ => {}
+        }
+        self.number = Some(tick.buffer);
+        for axis in Axis::ALL {
+            if tick.counts[axis] != 0 {
+                self.step(axis, tick.counts[axis], tick.line)?;
+            }
+        }
+        self.ticks.push(tick);
+        self.total += 1;
+        Ok(())
+    }
+
+    fn step(&mut self, axis: Axis, count: i32, line: u32) -> Result<(), JobError> {
+        let tick = self.total;
+        let profile = self.machine.axis(axis).ok_or(JobError::NoAxis { axis, tick, line })?;
+        let count_max = self.machine.count_max(profile).min(COUNT_MAX);
+        if count.unsigned_abs() > count_max {
+            return Err(JobError::Count { axis, count, count_max, tick, line });
+        }
+        let steps = self.position[axis].saturating_add(i64::from(count));
+        if let Some([low_mm, high_mm]) = profile.travel_mm {
+            let low = (low_mm * profile.steps_per_mm).round() as i64;
+            let high = (high_mm * profile.steps_per_mm).round() as i64;
+            if !(low..=high).contains(&steps) {
+                let position_mm = steps as f64 / profile.steps_per_mm;
+                return Err(JobError::Travel { axis, position_mm, low_mm, high_mm, tick, line });
+            }
+        }
+        self.position[axis] = steps;
+        let [low, high] = &mut self.extents_steps[axis];
+        *low = steps.min(*low);
+        *high = steps.max(*high);
+        Ok(())
+    }
+
+    /// Ends the buffer under way: what lies before its first and after its last movement becomes
+    /// events between buffers, and pads.
+    fn flush(&mut self) -> Result<(), JobError> {
+        let mut ticks = std::mem::take(&mut self.ticks);
+        let events = std::mem::take(&mut self.events);
+        let moves = |tick: &Tick| tick.counts.0.iter().any(|count| *count != 0);
+        let first = ticks.iter().position(moves).unwrap_or(0);
+        let end = ticks.iter().rposition(moves).map_or(0, |last| last + 1);
+        let base = self.total - ticks.len() as u64;
+        ticks.truncate(end);
+        let (before, rest): (Vec<_>, Vec<_>) =
+            events.into_iter().partition(|e| e.0 <= first && end > 0);
+        let (within, after): (Vec<_>, Vec<_>) = rest.into_iter().partition(|e| e.0 < end);
+        self.steps.extend(before.into_iter().map(|(_, event)| Step::Event(event)));
+        if !ticks.is_empty() {
+            let buffer = self.buffer(&ticks, within, base)?;
+            self.steps.push(Step::Buffer(buffer));
+        }
+        self.steps.extend(after.into_iter().map(|(_, event)| Step::Event(event)));
+        Ok(())
+    }
+
+    fn buffer(
+        &self,
+        ticks: &[Tick],
+        events: Vec<(usize, Event)>,
+        base: u64,
+    ) -> Result<Buffer, JobError> {
+        let bus = &self.machine.bus;
+        let number = self.number.unwrap_or(0);
+        let motion_ticks_max = bus.buffer_ticks - PADS_MIN;
+        if ticks.len() > motion_ticks_max as usize {
+            let (motion_ticks, line) = (ticks.len(), ticks[0].line);
+            return Err(JobError::BufferLength {
+                buffer: number,
+                motion_ticks,
+                motion_ticks_max,
+                line,
+            });
+        }
+        self.check_rest(ticks, 0, base)?;
+        self.check_rest(ticks, ticks.len(), base)?;
+        for (at, event) in &events {
+            if waits_for_person(event.kind) {
+                let event = event.clone();
+                return Err(JobError::PauseInside { buffer: number, event });
+            }
+            self.check_rest(ticks, *at, base)?;
+        }
+        let fills = self.fills(ticks, base)?;
+        let lines = ticks.iter().map(|tick| tick.line).collect();
+        Ok(Buffer { number, fills, lines, events })
+    }
+
+    /// Stopping or starting here must be no greater step of speed than a corner may be: in steps a
+    /// tick what the acceleration gives in a tick, or the speed that the motor starts at; and 3
+    /// for what the plan's own tick of acceleration and rounding add.
+    fn check_rest(&self, ticks: &[Tick], at: usize, base: u64) -> Result<(), JobError> {
+        let tick_s = self.machine.bus.tick_s();
+        let around = [at.checked_sub(1), Some(at)];
+        for (index, tick) in around.into_iter().flatten().filter_map(|i| Some((i, ticks.get(i)?))) {
+            for profile in &self.machine.axes {
+                let speed_mm_s = (profile.accel_max_mm_s2 * tick_s).max(profile.start_speed_mm_s);
+                let steps_max = (speed_mm_s * tick_s * profile.steps_per_mm + 3.0) as u32;
+                let (axis, count) = (profile.axis, tick.counts[profile.axis]);
+                if count.unsigned_abs() > steps_max {
+                    let (tick, line) = (base + index as u64, tick.line);
+                    return Err(JobError::NotAtRest { axis, count, steps_max, tick, line });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Each moving node's bytes, in an order of filling in which no node takes another's data for
+    /// a fill command. A node that must be full before others are filled, though it rests, gets
+    /// zeros.
+    fn fills(&self, ticks: &[Tick], base: u64) -> Result<Vec<Fill>, JobError> {
+        let bus = &self.machine.bus;
+        let master = self.master(ticks);
+        let mut fills = Vec::new();
+        for AxisProfile { axis, .. } in &self.machine.axes {
+            let axis = *axis;
+            let moves = ticks.iter().any(|tick| tick.counts[axis] != 0);
+            if !moves && master != Some(axis) {
+                continue;
+            }
+            let id = *bus.nodes.get(&axis).ok_or_else(|| {
+                let moving = ticks.iter().zip(base..).find(|(tick, _)| tick.counts[axis] != 0);
+                let (tick, line) = moving.map_or((base, 0), |(tick, at)| (at, tick.line));
+                JobError::NoNode { axis, tick, line }
+            })?;
+            let mut bytes = vec![0; bus.buffer_ticks as usize];
+            for (byte, tick) in bytes.iter_mut().zip(ticks) {
+                // Counts were held to 119 when the tick came.
+                *byte = codec::encode(tick.counts[axis]).unwrap_or(0);
+            }
+            fills.push(Fill { axis, id, master: master == Some(axis), bytes });
+        }
+        order::fill_order(fills, &bus.nodes).map_err(|clash| JobError::clash(clash, base, ticks))
+    }
+
+    /// The axis that moves in most ticks gives the best supervision; ties in profile order.
+    fn master(&self, ticks: &[Tick]) -> Option<Axis> {
+        if let machine::Master::Axis(axis) = self.machine.bus.master {
+            return Some(axis);
+        }
+        let mut best = None;
+        for AxisProfile { axis, .. } in &self.machine.axes {
+            let moving = ticks.iter().filter(|tick| tick.counts[*axis] != 0).count();
+            if best.is_none_or(|(most, _)| moving > most) {
+                best = Some((moving, *axis));
+            }
+        }
+        best.map(|(_, axis)| axis)
+    }
+}
+
+/// Data bytes of 120 and more are a start or a node's ID (H1, H2), whatever the profile says.
+const COUNT_MAX: u32 = START as u32 - 1;

@@ -1,0 +1,492 @@
+//! A job → bytes for the bus, answers checked, sync bytes paced: the host, without IO or clock.
+//!
+//! For each buffer: ping and fill every node that takes part, start, then one sync byte a tick.
+//! Rules: no question without its answer; sync byte k+1 leaves at max(t_k + period, answer_k), so a
+//! late host slides the schedule and never catches up; pads run as fast as answers come. What it
+//! cannot see: a servant that missed a byte (H14).
+//!
+//! # Calling order
+//! Round and round: [`Master::handle_bytes`] with what has come, [`Master::handle_timeout`], then
+//! [`Master::poll_transmit`] until it gives nothing (hand all of it to the port), then
+//! [`Master::poll_event`] until it gives nothing. Come back when bytes come, or at
+//! [`Master::poll_timeout`] at the latest. Times are microseconds from any origin and never go
+//! back. After [`MasterEvent::Ended`] there is nothing left to do.
+
+mod run;
+mod script;
+
+use std::collections::VecDeque;
+
+use crate::base::machine::Bus;
+use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
+use crate::wire::job::{self, Job, Step};
+use crate::wire::node::ANSWER_PAUSE_US;
+use crate::wire::nodes::byte_ns;
+use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
+
+use self::run::Run;
+use self::script::{Action, Ask, Question};
+
+/// Bytes handed out at a time: a port that keeps them all is then never far behind the wire.
+const PIECE_BYTES: usize = 64;
+
+/// The times that a host keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Timing {
+    byte_ns: u64,
+    tick_us: u64,
+    /// From a sync byte's stop bit to the start bit of the answer, at most.
+    sync_answer_us: u64,
+    reply_timeout_us: u64,
+}
+
+impl Timing {
+    /// The times of a bus whose clock runs `speed` times as fast as ours. All times that the
+    /// master is given and gives are the bus's; the time-out for answers stays ours.
+    pub fn new(bus: &Bus, speed: f64) -> Self {
+        Timing {
+            byte_ns: byte_ns(bus.baud),
+            tick_us: u64::from(bus.tick_us),
+            sync_answer_us: u64::from(bus.node_tick_us) + ANSWER_PAUSE_US,
+            reply_timeout_us: (f64::from(bus.reply_timeout_ms) * 1000.0 * speed) as u64,
+        }
+    }
+
+    fn byte_us(&self) -> u64 {
+        self.byte_ns.div_ceil(1000)
+    }
+}
+
+/// What the master tells its caller.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MasterEvent {
+    /// An event of the program: it is passed without waiting, except for dwells, which are kept.
+    Event(Event),
+    /// An event that waits for a person. All nodes are idle. Go on with [`Master::resume`].
+    Pause(Event),
+    /// A node takes its buffer.
+    Filling {
+        /// The buffer.
+        buffer: u32,
+        /// The node's axis.
+        axis: Axis,
+    },
+    /// The nodes have been started.
+    Started {
+        /// The buffer.
+        buffer: u32,
+    },
+    /// A hold took effect: the axes rest within a buffer. Go on with [`Master::resume`] or end
+    /// with [`Master::abandon`].
+    Held {
+        /// NC line of the tick that comes next.
+        line: u32,
+    },
+    /// It is over.
+    Ended(Ending),
+}
+
+/// How far a job is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Progress {
+    /// Ticks acknowledged, pads not counted.
+    pub ticks: u64,
+    /// Buffer being filled or executed.
+    pub buffer: u32,
+    /// NC line being executed.
+    pub line: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+enum Hold {
+    No,
+    /// Where all axes are slow enough to stop without a ramp.
+    AtRest,
+    /// At the next tick that keeps the pairs of idle nodes in phase.
+    Now,
+}
+
+#[derive(Debug)]
+enum State {
+    /// Nothing is under way.
+    Next,
+    Sending {
+        action: Action,
+        sent: usize,
+    },
+    Waiting {
+        ask: Ask,
+        deadline_us: u64,
+    },
+    Running(Run),
+    Held(Run),
+    Dwelling {
+        until_us: u64,
+    },
+    Paused,
+    Ended,
+}
+
+/// The host's side of the bus. See the module's head.
+#[derive(Debug)]
+pub struct Master {
+    job: Job,
+    timing: Timing,
+    /// Axes that have a node, and their steps a mm.
+    axes: Vec<(Axis, f64)>,
+    slow_steps: AxisMap<u32>,
+    state: State,
+    script: VecDeque<Action>,
+    /// Step of the job that comes next.
+    step: usize,
+    last_pings_sent: bool,
+    /// When the last byte handed out has left the wire.
+    wire_free_ns: u64,
+    /// The nodes still pause after an answer.
+    quiet_until_us: u64,
+    hold: Hold,
+    /// What failed, while the script still puts the nodes in order.
+    fault: Option<Fault>,
+    full: AxisSet,
+    power_cycle: bool,
+    doubtful: AxisSet,
+    position: AxisMap<i64>,
+    progress: Progress,
+    buffers_done: u64,
+    late_us: u64,
+    late_us_max: u64,
+    events: VecDeque<MasterEvent>,
+}
+
+impl Master {
+    /// A master for a job that [`crate::wire::lint()`] has proved.
+    pub fn new(job: Job, machine: &Machine, timing: Timing) -> Self {
+        let tick_s = machine.bus.tick_s();
+        let slow_steps = AxisMap::from_fn(|axis| {
+            let profile = machine.axis(axis);
+            profile.map_or(0, |p| (p.start_speed_mm_s * tick_s * p.steps_per_mm) as u32)
+        });
+        let with_node =
+            machine.axes.iter().filter(|profile| machine.bus.nodes.contains_key(&profile.axis));
+        Master {
+            position: job.start_steps,
+            job,
+            timing,
+            axes: with_node.map(|profile| (profile.axis, profile.steps_per_mm)).collect(),
+            slow_steps,
+            state: State::Next,
+            script: VecDeque::new(),
+            step: 0,
+            last_pings_sent: false,
+            wire_free_ns: 0,
+            quiet_until_us: 0,
+            hold: Hold::No,
+            fault: None,
+            full: AxisSet::EMPTY,
+            power_cycle: false,
+            doubtful: AxisSet::EMPTY,
+            progress: Progress::default(),
+            buffers_done: 0,
+            late_us: 0,
+            late_us_max: 0,
+            events: VecDeque::new(),
+        }
+    }
+
+    /// Takes what has come from the bus.
+    pub fn handle_bytes(&mut self, now_us: u64, bytes: &[u8]) {
+        for byte in bytes {
+            self.handle_byte(now_us, *byte);
+        }
+    }
+
+    /// Sees to time-outs and to the ends of dwells.
+    pub fn handle_timeout(&mut self, now_us: u64) {
+        match &self.state {
+            State::Waiting { ask, deadline_us } if now_us >= *deadline_us => {
+                let ask = ask.clone();
+                self.no_answer(ask);
+            }
+            State::Running(run) if run.is_overdue(now_us) => self.no_tick_answer(),
+            State::Dwelling { until_us } if now_us >= *until_us => self.state = State::Next,
+            _ => {}
+        }
+        self.settle(now_us);
+    }
+
+    /// The next bytes for the port, at most 64, if it is time for them.
+    pub fn poll_transmit(&mut self, now_us: u64) -> Option<Vec<u8>> {
+        self.settle(now_us);
+        if let State::Running(_) = self.state {
+            return self.sync(now_us);
+        }
+        if now_us < self.send_from_us() {
+            return None;
+        }
+        let State::Sending { action, sent } = &mut self.state else { return None };
+        let rest = action.bytes().get(*sent..).unwrap_or_default();
+        let piece = rest.get(..PIECE_BYTES).unwrap_or(rest).to_vec();
+        *sent += piece.len();
+        let all_sent = *sent == action.bytes().len();
+        self.occupy_wire(now_us, piece.len());
+        if all_sent {
+            self.sent();
+        }
+        Some(piece)
+    }
+
+    /// When to call again, if no bytes come before; none while a person is waited for.
+    pub fn poll_timeout(&self) -> Option<u64> {
+        match &self.state {
+            State::Next => Some(0),
+            State::Sending { .. } => Some(self.send_from_us()),
+            State::Waiting { deadline_us, .. } => Some(*deadline_us),
+            State::Running(run) => Some(run.timeout_us(self.wire_free_us())),
+            State::Dwelling { until_us } => Some(*until_us),
+            State::Held(_) | State::Paused | State::Ended => None,
+        }
+    }
+
+    /// From when on an answer may come, if one is waited for.
+    pub fn answer_from_us(&self) -> Option<u64> {
+        let waits = match &self.state {
+            State::Waiting { .. } => true,
+            State::Running(run) => run.waits(),
+            _ => false,
+        };
+        waits.then(|| self.wire_free_us())
+    }
+
+    /// What there is to tell.
+    pub fn poll_event(&mut self) -> Option<MasterEvent> {
+        self.events.pop_front()
+    }
+
+    /// How far the job is.
+    pub fn progress(&self) -> Progress {
+        self.progress
+    }
+
+    /// Where the machine stands, in motor steps, as far as acknowledged.
+    pub fn position_steps(&self) -> &AxisMap<i64> {
+        &self.position
+    }
+
+    /// The job.
+    pub fn job(&self) -> &Job {
+        &self.job
+    }
+
+    /// Gives the job back.
+    pub fn into_job(self) -> Job {
+        self.job
+    }
+
+    /// The operator wants motion to stop. The first call stops where all axes are slow enough to
+    /// stop without a ramp, or at the end of the buffer; the second as soon as the protocol allows.
+    pub fn hold(&mut self, now_us: u64) {
+        self.hold = if self.hold == Hold::No { Hold::AtRest } else { Hold::Now };
+        match &mut self.state {
+            State::Running(run) if self.hold == Hold::Now => run.cut_dwell(now_us),
+            State::Dwelling { .. } => self.state = State::Next,
+            _ => {}
+        }
+    }
+
+    /// Goes on after a [`MasterEvent::Pause`] or a [`MasterEvent::Held`].
+    pub fn resume(&mut self, now_us: u64) {
+        self.hold = Hold::No;
+        match std::mem::replace(&mut self.state, State::Next) {
+            State::Held(mut run) => {
+                run.resume(now_us);
+                self.state = State::Running(run);
+            }
+            State::Paused => {}
+            other => self.state = other,
+        }
+    }
+
+    /// Ends the job where it stands.
+    pub fn abandon(&mut self) {
+        self.end(End::Interrupted);
+    }
+
+    /// Ends the job: the port is gone.
+    pub fn fail_port(&mut self, why: String) {
+        self.doubt_sent_tick();
+        self.end(End::Failed(Fault::Port(why)));
+    }
+
+    fn handle_byte(&mut self, now_us: u64, byte: u8) {
+        match &self.state {
+            State::Waiting { ask, .. } => {
+                let ask = ask.clone();
+                if self.is_early(now_us, ask.bytes.len()) {
+                    self.early(&ask, byte);
+                } else if byte == ask.id {
+                    self.quiet(now_us);
+                    self.answered(ask);
+                } else {
+                    self.wrong_answer(ask, byte);
+                }
+            }
+            State::Sending { action: Action::Ask(ask), .. } => {
+                let ask = ask.clone();
+                self.early(&ask, byte);
+            }
+            State::Running(_) => self.tick_answer(now_us, byte),
+            State::Ended => {}
+            _ => self.fail(Fault::Unexpected { got: byte }),
+        }
+        self.settle(now_us);
+    }
+
+    /// Begins what comes next, until something is under way.
+    fn settle(&mut self, now_us: u64) {
+        while let State::Next = self.state {
+            if self.hold != Hold::No && self.fault.is_none() && self.may_stop() {
+                return self.abandon();
+            }
+            match self.script.pop_front() {
+                Some(Action::Run { step }) => self.start_run(now_us, step),
+                Some(action) => {
+                    self.announce(&action);
+                    self.state = State::Sending { action, sent: 0 };
+                }
+                None => self.next_step(now_us),
+            }
+        }
+    }
+
+    /// Between two exchanges, but never within a ping, nor once a node waits for its data.
+    fn may_stop(&self) -> bool {
+        self.script.front().is_none_or(Action::begins_exchange)
+    }
+
+    fn next_step(&mut self, now_us: u64) {
+        if let Some(fault) = self.fault.take() {
+            return self.end(End::Failed(fault));
+        }
+        let at = self.step;
+        self.step += 1;
+        match self.job.steps.get(at) {
+            Some(Step::Event(event)) => {
+                let event = event.clone();
+                self.event(now_us, event);
+            }
+            Some(Step::Buffer(buffer)) => {
+                if self.buffers_done == 0 {
+                    self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
+                }
+                self.script.extend(script::buffer(buffer, at));
+            }
+            None if !self.last_pings_sent && self.buffers_done > 0 => {
+                self.last_pings_sent = true;
+                self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
+            }
+            None => self.end(End::Done),
+        }
+    }
+
+    /// An event between buffers: all nodes are idle.
+    fn event(&mut self, now_us: u64, event: Event) {
+        self.progress.line = event.line;
+        if job::waits_for_person(event.kind) {
+            self.state = State::Paused;
+            self.events.push_back(MasterEvent::Pause(event));
+            return;
+        }
+        if let EventKind::Dwell(seconds) = event.kind {
+            self.state = State::Dwelling { until_us: now_us + dwell_us(seconds) };
+        }
+        self.events.push_back(MasterEvent::Event(event));
+    }
+
+    fn announce(&mut self, action: &Action) {
+        if let Action::Ask(Ask { axis, question: Question::FillCommand { buffer, .. }, .. }) =
+            action
+        {
+            self.progress.buffer = *buffer;
+            self.events.push_back(MasterEvent::Filling { buffer: *buffer, axis: *axis });
+        }
+    }
+
+    /// All bytes of an action have been handed out.
+    fn sent(&mut self) {
+        let State::Sending { action, .. } = std::mem::replace(&mut self.state, State::Next) else {
+            return;
+        };
+        if let Action::Ask(ask) = action {
+            let wait_us = self.timing.byte_us() + self.timing.reply_timeout_us;
+            self.state = State::Waiting { ask, deadline_us: self.wire_free_us() + wait_us };
+        }
+    }
+
+    fn occupy_wire(&mut self, now_us: u64, bytes: usize) {
+        let wire_ns = self.timing.byte_ns * bytes as u64;
+        self.wire_free_ns = self.wire_free_ns.max(now_us * 1000) + wire_ns;
+    }
+
+    fn wire_free_us(&self) -> u64 {
+        self.wire_free_ns.div_ceil(1000)
+    }
+
+    /// One piece may wait while another is on the wire.
+    fn send_from_us(&self) -> u64 {
+        let piece_us = self.timing.byte_ns * PIECE_BYTES as u64 / 1000;
+        self.quiet_until_us.max(self.wire_free_us().saturating_sub(piece_us))
+    }
+
+    /// A node pauses from its answer's start bit on; part of that has passed on the wire (H10).
+    fn quiet(&mut self, now_us: u64) {
+        let rest_us = ANSWER_PAUSE_US.saturating_sub(self.timing.byte_us());
+        self.quiet_until_us = now_us + rest_us;
+    }
+
+    /// Before all bytes can have left the wire: its clock may be 3 % fast.
+    fn is_early(&self, now_us: u64, sent: usize) -> bool {
+        let tolerance_us = self.timing.byte_us() * (2 + sent as u64 / 32);
+        now_us + tolerance_us < self.wire_free_us()
+    }
+
+    /// Stops after a fault, with nothing more sent than the script still holds.
+    fn fail(&mut self, fault: Fault) {
+        self.doubt_sent_tick();
+        self.script.clear();
+        self.fault.get_or_insert(fault);
+        self.state = State::Next;
+    }
+
+    fn end(&mut self, end: End) {
+        if let State::Ended = self.state {
+            return;
+        }
+        let power_cycle = self.power_cycle || !self.full.is_empty();
+        let position = |axis| match (self.doubtful.contains(axis), power_cycle) {
+            (true, _) => Position::Unknown,
+            (false, true) => Position::KnownUntilPowerOff,
+            (false, false) => Position::Known,
+        };
+        let axis_end = |(axis, steps_per_mm): &(Axis, f64)| {
+            let steps = self.position[*axis];
+            let position_mm = steps as f64 / steps_per_mm;
+            AxisEnd { axis: *axis, steps, position_mm, position: position(*axis) }
+        };
+        let axes = self.axes.iter().map(axis_end).collect();
+        self.script.clear();
+        self.state = State::Ended;
+        self.events.push_back(MasterEvent::Ended(Ending {
+            end,
+            ticks: self.progress.ticks,
+            buffers: self.buffers_done,
+            axes,
+            power_cycle,
+            late_us: self.late_us,
+            late_us_max: self.late_us_max,
+        }));
+    }
+}
+
+fn dwell_us(seconds: f64) -> u64 {
+    (seconds.max(0.0) * 1e6) as u64
+}

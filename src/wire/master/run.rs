@@ -1,0 +1,221 @@
+//! One sync byte a tick: the metronome of a buffer.
+//!
+//! ```text
+//!       t_k           answer_k        t_k+1 = max(t_k + period, answer_k)
+//! sync ─┤├──────────────────────────────┤├───────
+//! node     ▒▒▒▒ steps ▒▒▒▒├─answer─┤
+//! ```
+
+use crate::base::{Axis, AxisSet, EventKind};
+use crate::wire::frame;
+use crate::wire::job::{Buffer, Fill, Step};
+use crate::wire::report::{During, Fault};
+
+use super::{Hold, Master, MasterEvent, State, dwell_us};
+
+/// A buffer being executed.
+#[derive(Debug)]
+pub(super) struct Run {
+    /// The buffer's place in the job.
+    step: usize,
+    /// Sync bytes sent.
+    sent: usize,
+    /// Events of the buffer that have happened.
+    events: usize,
+    sent_us: u64,
+    /// Earliest time of the next sync byte.
+    due_us: u64,
+    /// What the next sync byte's lateness is measured from; none where only answers set the pace.
+    scheduled_us: Option<u64>,
+    deadline_us: Option<u64>,
+    /// The next sync byte waits for the end of a dwell.
+    dwells: bool,
+}
+
+impl Run {
+    pub(super) fn is_overdue(&self, now_us: u64) -> bool {
+        self.deadline_us.is_some_and(|deadline_us| now_us >= deadline_us)
+    }
+
+    pub(super) fn waits(&self) -> bool {
+        self.deadline_us.is_some()
+    }
+
+    pub(super) fn timeout_us(&self, wire_free_us: u64) -> u64 {
+        self.deadline_us.unwrap_or(self.due_us.max(wire_free_us))
+    }
+
+    pub(super) fn resume(&mut self, now_us: u64) {
+        self.due_us = self.due_us.max(now_us);
+        self.scheduled_us = None;
+    }
+
+    pub(super) fn cut_dwell(&mut self, now_us: u64) {
+        if self.dwells {
+            self.due_us = self.due_us.min(now_us);
+        }
+    }
+}
+
+impl Master {
+    pub(super) fn start_run(&mut self, now_us: u64, step: usize) {
+        if let Some(Step::Buffer(buffer)) = self.job.steps.get(step) {
+            self.progress.buffer = buffer.number;
+            self.events.push_back(MasterEvent::Started { buffer: buffer.number });
+        }
+        // The start pair leaves the wire before the first tick is timed.
+        let due_us = self.wire_free_us().max(now_us);
+        self.state = State::Running(Run {
+            step,
+            sent: 0,
+            events: 0,
+            sent_us: due_us,
+            due_us,
+            scheduled_us: None,
+            deadline_us: None,
+            dwells: false,
+        });
+    }
+
+    /// The next sync byte, if it is time for it.
+    pub(super) fn sync(&mut self, now_us: u64) -> Option<Vec<u8>> {
+        let (State::Running(run), Some(Step::Buffer(buffer))) = self.run_and_buffer() else {
+            return None;
+        };
+        if run.waits() || now_us < run.timeout_us(0) {
+            return None;
+        }
+        let (sent, ticks) = (run.sent, buffer.lines.len());
+        if let Some((_, event)) = buffer.events.get(run.events).filter(|(tick, _)| *tick <= sent) {
+            let event = event.clone();
+            let dwell = if let EventKind::Dwell(s) = event.kind { dwell_us(s) } else { 0 };
+            self.events.push_back(MasterEvent::Event(event));
+            let State::Running(run) = &mut self.state else { return None };
+            run.events += 1;
+            run.due_us = now_us + dwell;
+            if dwell > 0 {
+                run.scheduled_us = None;
+                run.dwells = true;
+            }
+            return self.sync(now_us);
+        }
+        if self.hold != Hold::No && sent < ticks && self.may_hold(buffer, sent) {
+            let line = buffer.lines.get(sent).copied().unwrap_or(0);
+            self.events.push_back(MasterEvent::Held { line });
+            let run = std::mem::replace(&mut self.state, State::Ended);
+            if let State::Running(run) = run {
+                self.state = State::Held(run);
+            }
+            return None;
+        }
+        if now_us < self.wire_free_us() {
+            return None;
+        }
+        self.send_sync(now_us)
+    }
+
+    fn send_sync(&mut self, now_us: u64) -> Option<Vec<u8>> {
+        self.occupy_wire(now_us, 1);
+        let answer_us = self.timing.sync_answer_us + self.timing.byte_us();
+        let deadline_us = self.wire_free_us() + answer_us + self.timing.reply_timeout_us;
+        let State::Running(run) = &mut self.state else { return None };
+        if let Some(scheduled_us) = run.scheduled_us.take() {
+            let late_us = now_us.saturating_sub(scheduled_us);
+            self.late_us += late_us;
+            self.late_us_max = self.late_us_max.max(late_us);
+        }
+        run.dwells = false;
+        run.sent_us = now_us;
+        run.deadline_us = Some(deadline_us);
+        run.sent += 1;
+        Some(vec![frame::SYNC])
+    }
+
+    /// The pairs of idle nodes stay in phase only after an even number of sync bytes.
+    fn may_hold(&self, buffer: &Buffer, sent: usize) -> bool {
+        let slow = |tick: usize| {
+            buffer
+                .fills
+                .iter()
+                .all(|fill| buffer.count(fill, tick).unsigned_abs() <= self.slow_steps[fill.axis])
+        };
+        let slow_here = sent.checked_sub(1).is_none_or(slow) && slow(sent);
+        sent.is_multiple_of(2) && (self.hold == Hold::Now || slow_here)
+    }
+
+    /// A byte has come while the nodes execute.
+    pub(super) fn tick_answer(&mut self, now_us: u64, byte: u8) {
+        let during = self.tick();
+        let (State::Running(run), Some(Step::Buffer(buffer))) = self.run_and_buffer() else {
+            return;
+        };
+        let Some(master) = buffer.master() else { return };
+        if !run.waits() {
+            return self.fail(Fault::Unexpected { got: byte });
+        }
+        if byte != master.id {
+            let (axis, id) = (master.axis, master.id);
+            return self.fail(Fault::WrongAnswer { axis, id, got: byte, during });
+        }
+        let (tick, ticks, entries) = (run.sent - 1, buffer.lines.len(), master.bytes.len());
+        if tick < ticks {
+            let counts = buffer.counts(tick);
+            self.progress.line = buffer.lines[tick];
+            self.progress.ticks += 1;
+            for axis in Axis::ALL {
+                self.position[axis] += i64::from(counts[axis]);
+            }
+        }
+        self.quiet(now_us);
+        if tick + 1 == entries {
+            self.buffers_done += 1;
+            self.full = AxisSet::EMPTY;
+            self.state = State::Next;
+            return;
+        }
+        let (quiet_us, period_us) = (self.quiet_until_us, self.timing.tick_us);
+        let State::Running(run) = &mut self.state else { return };
+        run.deadline_us = None;
+        run.scheduled_us = (tick < ticks).then_some(run.sent_us + period_us);
+        run.due_us = run.scheduled_us.unwrap_or(0).max(quiet_us);
+    }
+
+    pub(super) fn no_tick_answer(&mut self) {
+        let during = self.tick();
+        let (_, Some(Step::Buffer(buffer))) = self.run_and_buffer() else { return };
+        let Some(master) = buffer.master() else { return };
+        self.fail(Fault::NoAnswer { axis: master.axis, id: master.id, during });
+    }
+
+    /// A tick that has been sent and not acknowledged leaves the axes that it moves in doubt.
+    pub(super) fn doubt_sent_tick(&mut self) {
+        let (State::Running(run) | State::Held(run), Some(Step::Buffer(buffer))) =
+            self.run_and_buffer()
+        else {
+            return;
+        };
+        if let Some(tick) = run.sent.checked_sub(1).filter(|_| run.waits()) {
+            let moved = |fill: &&Fill| buffer.count(fill, tick) != 0;
+            let moved: Vec<_> = buffer.fills.iter().filter(moved).map(|fill| fill.axis).collect();
+            moved.into_iter().for_each(|axis| self.doubtful.insert(axis));
+        }
+    }
+
+    /// The tick that was sent last.
+    fn tick(&self) -> During {
+        let (State::Running(run), Some(Step::Buffer(buffer))) = self.run_and_buffer() else {
+            return During::Silence;
+        };
+        let tick = run.sent.saturating_sub(1);
+        let line = buffer.lines.get(tick).or(buffer.lines.last()).copied().unwrap_or(0);
+        During::Tick { buffer: buffer.number, tick, line }
+    }
+
+    fn run_and_buffer(&self) -> (&State, Option<&Step>) {
+        let step = match &self.state {
+            State::Running(run) | State::Held(run) => self.job.steps.get(run.step),
+            _ => None,
+        };
+        (&self.state, step)
+    }
+}

@@ -1,0 +1,177 @@
+//! How a job on the bus ended: what was acknowledged, what failed, and what is known of each
+//! axis's position.
+
+use crate::base::Axis;
+
+/// What was going on when something failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum During {
+    /// A node was asked whether it is there.
+    Ping,
+    /// A node was told to take a buffer.
+    FillCommand {
+        /// The buffer.
+        buffer: u32,
+    },
+    /// A node's buffer was sent.
+    FillData {
+        /// The buffer.
+        buffer: u32,
+    },
+    /// The nodes executed.
+    Tick {
+        /// The buffer.
+        buffer: u32,
+        /// Tick in the buffer, from 0.
+        tick: usize,
+        /// Its line of the NC program; that of the last movement in pads.
+        line: u32,
+    },
+    /// Nothing was asked.
+    Silence,
+}
+
+impl std::fmt::Display for During {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            During::Ping => write!(f, "a ping"),
+            During::FillCommand { buffer } => write!(f, "the fill command of buffer {buffer}"),
+            During::FillData { buffer } => write!(f, "the data of buffer {buffer}"),
+            During::Tick { buffer, tick, line } => {
+                write!(f, "tick {tick} of buffer {buffer} (line {line})")
+            }
+            During::Silence => write!(f, "nothing"),
+        }
+    }
+}
+
+/// What went wrong on the bus.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Fault {
+    /// A node said nothing in time.
+    #[error("node {id} of axis {axis} did not answer to {during}; {}", remedy(*during))]
+    NoAnswer {
+        /// The node's axis.
+        axis: Axis,
+        /// Its ID.
+        id: u8,
+        /// What it should have answered to.
+        during: During,
+    },
+    /// Something else came than the node's ID.
+    #[error("node {id} of axis {axis} should have answered {id} to {during}, {got} came; {}", remedy(*during))]
+    WrongAnswer {
+        /// The node's axis.
+        axis: Axis,
+        /// Its ID.
+        id: u8,
+        /// The byte that came.
+        got: u8,
+        /// What it should have answered to.
+        during: During,
+    },
+    /// H13: an answer before all data had been sent.
+    #[error(
+        "{got} was answered before all data of node {id} (axis {axis}) had been sent: another node \
+         has taken over, or bytes are counted twice; switch all nodes off and on, then home"
+    )]
+    Early {
+        /// The axis whose node was filled.
+        axis: Axis,
+        /// Its ID.
+        id: u8,
+        /// The byte that came.
+        got: u8,
+    },
+    /// A byte that nobody asked for.
+    #[error("{got} came from the bus though nothing was asked; look for a second host or noise")]
+    Unexpected {
+        /// The byte that came.
+        got: u8,
+    },
+    /// The port failed.
+    #[error("{0}")]
+    Port(String),
+}
+
+fn remedy(during: During) -> &'static str {
+    match during {
+        During::Ping => {
+            "check that it is switched on, that its DIP switches match the profile, and the baud rate"
+        }
+        During::FillCommand { .. } => {
+            "it holds the buffer of a job that was abandoned, or lost a byte: switch all nodes off \
+             and on, then home"
+        }
+        During::FillData { .. } => "bytes were lost: switch all nodes off and on, then home",
+        During::Tick { .. } => {
+            "the axes have stopped in the middle of the buffer: switch all nodes off and on, then home"
+        }
+        During::Silence => "look for a second host or noise",
+    }
+}
+
+/// How a job ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum End {
+    /// All of it was executed and acknowledged.
+    Done,
+    /// The operator ended it.
+    Interrupted,
+    /// It could not go on.
+    Failed(Fault),
+}
+
+/// What is known of an axis's position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Position {
+    /// Every step sent was acknowledged by the master node.
+    Known,
+    /// Known while its node stays on; the node must be switched off before it can be used again.
+    KnownUntilPowerOff,
+    /// A tick that moves the axis was sent and not acknowledged, or another node answered.
+    Unknown,
+}
+
+impl Position {
+    /// As in reports: `known`, `known-until-power-off`, `unknown`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Position::Known => "known",
+            Position::KnownUntilPowerOff => "known-until-power-off",
+            Position::Unknown => "unknown",
+        }
+    }
+}
+
+/// Where an axis stands at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisEnd {
+    /// The axis.
+    pub axis: Axis,
+    /// Machine position in steps, as far as acknowledged.
+    pub steps: i64,
+    /// The same in mm; degrees on rotary axes.
+    pub position_mm: f64,
+    /// What that is worth.
+    pub position: Position,
+}
+
+/// How a job ended, in full.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ending {
+    /// How.
+    pub end: End,
+    /// Ticks acknowledged, pads not counted.
+    pub ticks: u64,
+    /// Buffers executed to their end.
+    pub buffers: u64,
+    /// Position of every axis that has a node.
+    pub axes: Vec<AxisEnd>,
+    /// Nodes hold a buffer, or wait for data, that only switching them off makes them forget.
+    pub power_cycle: bool,
+    /// By how much all ticks together came late.
+    pub late_us: u64,
+    /// By how much the latest tick came late.
+    pub late_us_max: u64,
+}

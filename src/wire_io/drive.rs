@@ -1,0 +1,73 @@
+//! A master and a link → a job done, or the reason why not.
+
+use crate::base::Event;
+use crate::wire::{Ending, Master, MasterEvent};
+use crate::wire_io::link::Link;
+
+/// Whoever runs the job: is told, is asked, and may interrupt.
+pub trait Operator {
+    /// Told of every event that asks nothing.
+    fn event(&mut self, event: &MasterEvent);
+    /// An event waits for a person, all nodes idle: go on?
+    fn pause(&mut self, event: &Event) -> bool;
+    /// Told again and again how far the job is.
+    fn progress(&mut self, master: &Master);
+    /// How often the operator has asked to stop so far.
+    fn interrupts(&mut self) -> usize;
+}
+
+/// Runs a job to its end. A stop of the operator holds at the next tick at which all axes are
+/// slow enough, and ends the job there; a second one does not wait for that.
+pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
+    let mut bytes = Vec::new();
+    let mut interrupts = 0;
+    loop {
+        while let Some(event) = master.poll_event() {
+            match &event {
+                MasterEvent::Ended(ending) => {
+                    link.drain();
+                    return ending.clone();
+                }
+                MasterEvent::Pause(pause) => {
+                    if operator.pause(pause) {
+                        master.resume(link.now_us());
+                    } else {
+                        master.abandon();
+                    }
+                }
+                MasterEvent::Held { .. } => {
+                    operator.event(&event);
+                    master.abandon();
+                }
+                _ => operator.event(&event),
+            }
+        }
+        operator.progress(master);
+        while interrupts < operator.interrupts() {
+            interrupts += 1;
+            master.hold(link.now_us());
+        }
+        bytes.clear();
+        if let Err(error) = round(link, master, &mut bytes) {
+            master.fail_port(error.to_string());
+        }
+    }
+}
+
+fn round(
+    link: &mut impl Link,
+    master: &mut Master,
+    bytes: &mut Vec<u8>,
+) -> Result<(), crate::wire_io::link::LinkError> {
+    let now_us = link.now_us();
+    master.handle_timeout(now_us);
+    while let Some(bytes) = master.poll_transmit(now_us) {
+        link.send(&bytes)?;
+    }
+    if let Some(until_us) = master.poll_timeout() {
+        link.receive(bytes, until_us, master.answer_from_us())?;
+        let now_us = link.now_us();
+        master.handle_bytes(now_us, bytes);
+    }
+    Ok(())
+}
