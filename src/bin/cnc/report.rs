@@ -11,7 +11,11 @@ use cnc::interp::Checked;
 use crate::args::Global;
 
 /// Draws diagnostics on standard error: errors always, warnings unless `--quiet`.
-pub fn diagnostics(source_name: &str, diagnostics: &[Diagnostic], global: &Global) {
+pub fn diagnostics<'a>(
+    source_name: &str,
+    diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
+    global: &Global,
+) {
     let renderer = if use_color(global) { Renderer::styled() } else { Renderer::plain() };
     let mut out = io::stderr().lock();
     for diagnostic in diagnostics {
@@ -25,23 +29,15 @@ pub fn diagnostics(source_name: &str, diagnostics: &[Diagnostic], global: &Globa
 /// Says what a check of a program found, and how much of it.
 pub fn checked(source_name: &str, checked: &Checked, global: &Global) {
     diagnostics(source_name, &checked.diagnostics, global);
-    totals_of(source_name, checked, global);
-}
-
-/// Says how much a check found, if anything.
-pub fn totals_of(source_name: &str, checked: &Checked, global: &Global) {
-    let (errors, warnings) = (checked.errors, checked.warnings);
-    let is_wanted = errors > 0 || !global.quiet;
-    if let Some(totals) = totals(errors, warnings, global.max_errors).filter(|_| is_wanted) {
-        say!("{source_name}: {totals}");
-    }
+    totals(source_name, checked, global);
 }
 
 /// The last line of a check: `3 errors, 1 warning`, with what was not drawn; none if nothing was
 /// found.
-fn totals(errors: u64, warnings: u64, max_errors: usize) -> Option<String> {
-    if errors + warnings == 0 {
-        return None;
+pub fn totals(source_name: &str, checked: &Checked, global: &Global) {
+    let (errors, warnings) = (checked.errors, checked.warnings);
+    if errors == 0 && (warnings == 0 || global.quiet) {
+        return;
     }
     let count = |count: u64, one: &str| match count {
         0 => None,
@@ -50,11 +46,13 @@ fn totals(errors: u64, warnings: u64, max_errors: usize) -> Option<String> {
     };
     let counts: Vec<String> =
         [count(errors, "error"), count(warnings, "warning")].into_iter().flatten().collect();
-    let mut text = counts.join(", ");
-    if errors.max(warnings) > max_errors as u64 {
-        text += &format!(" (at most {max_errors} of each are shown: --max-errors)");
-    }
-    Some(text)
+    let max = global.max_errors;
+    let cut = if errors.max(warnings) > max as u64 {
+        format!(" (at most {max} of each are shown: --max-errors)")
+    } else {
+        String::new()
+    };
+    say!("{source_name}: {}{cut}", counts.join(", "));
 }
 
 fn use_color(global: &Global) -> bool {

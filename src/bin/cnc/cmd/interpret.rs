@@ -27,19 +27,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let options = Options { start_mm: args.start, ..Options::default() };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
-    if checked.errors > 0 && global.json {
-        let found = checked.diagnostics.iter().cloned();
-        let (errors, warnings): (Vec<_>, Vec<_>) =
-            found.partition(|found| found.severity == Severity::Error);
-        for error in &errors {
-            write_error(&mut out, error)?;
-        }
-        out.flush()?;
-        report::diagnostics(source.name(), &warnings, global);
-        report::totals_of(source.name(), &checked, global);
-    } else {
-        report::checked(source.name(), &checked, global);
+    let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
+    for diagnostic in checked.diagnostics.iter().filter(as_json) {
+        write_error(&mut out, diagnostic)?;
     }
+    out.flush()?;
+    let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
+    report::diagnostics(source.name(), drawn, global);
+    report::totals(source.name(), &checked, global);
     if checked.errors > 0 {
         return Ok(Exit::BadInput);
     }
