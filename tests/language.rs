@@ -134,6 +134,8 @@ fn one_fault_makes_no_others() {
         ("G92 X0\nG0 X500\nM30", &["unsupported-word 1:1"]),
         ("G42 D08\nG1 X1 F100\nX2\nM30", &["unsupported-word 1:1"]),
         ("G1 X1\nX2\nG2 X4 I1\nF10 X1 I-1\nM30", &["no-feed 1:1", "arc-radius 4:1"]),
+        // A position that is given again is known again.
+        ("G0 X1 !\nG91 Y90\nG90 X500\nM30", &["bad-character 1:7", "limit-x-max 3:5"]),
         // A call that leads nowhere leaves open where the machine stands.
         ("G91 GR1\nM30", &["call-alone 1:1"]),
         ("G91\nGR1\nG0 X60\nX60\nM30", &["unknown-subprogram 2:1"]),

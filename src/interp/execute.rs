@@ -137,9 +137,9 @@ impl<'a> Executor<'a> {
         self.position_mm
     }
 
-    /// Whether positions mean what they say.
-    pub fn knows_position(&self) -> bool {
-        self.open.is_empty() && !self.is_shifted
+    /// Axes whose position a fault or an unsupported code has left open.
+    pub fn open_axes(&self) -> AxisSet {
+        if self.is_shifted { self.axes } else { self.open }
     }
 
     /// Takes the position for open: what should have moved the machine has a fault.

@@ -298,7 +298,7 @@ fn judge(
     let Some(travel) = travel else { return };
     for motion in motions {
         if let Motion::Move(step) = motion {
-            travel.add(step, block, place, executor.knows_position());
+            travel.add(step, block, place, executor.open_axes());
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A program that leaves the travel usually does so in many blocks: each axis and side is reported
 //! once, at the block that goes furthest, with the count.
 
-use crate::base::{Axis, AxisMap, Machine, Point};
+use crate::base::{Axis, AxisMap, AxisSet, Machine, Point};
 use crate::gcode::{Block, Fault, rules};
 
 use super::arc::bounds_mm;
@@ -50,37 +50,36 @@ impl Travel {
         }
     }
 
-    /// Takes a move. `judge` tells whether its positions are known well enough to hold them
-    /// against the travel.
-    pub fn add(&mut self, step: &Move, block: &Block, place: Place<'_>, judge: bool) {
+    /// Takes a move. Axes whose position a fault has left open are not judged.
+    pub fn add(&mut self, step: &Move, block: &Block, place: Place<'_>, open: AxisSet) {
         if !self.any {
             self.any = true;
-            self.point(&step.from, block, place, judge);
+            self.point(&step.from, block, place, open);
         }
-        self.point(&step.to, block, place, judge);
+        self.point(&step.to, block, place, open);
         if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
             let axes = plane.axes();
             let ends = [step.from, step.to].map(|point| axes.map(|axis| point[axis]));
             let bounds = bounds_mm(ends[0], ends[1], center_mm, ccw, turns);
             for (axis, reach) in axes.into_iter().zip(bounds) {
-                self.reach(axis, reach, block, place, judge);
+                self.reach(axis, reach, block, place, open);
             }
         }
     }
 
-    fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, judge: bool) {
+    fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
         for i in 0..self.axes.len() {
             let axis = self.axes[i];
-            self.reach(axis, [point[axis]; 2], block, place, judge);
+            self.reach(axis, [point[axis]; 2], block, place, open);
         }
     }
 
     #[inline]
-    fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, judge: bool) {
+    fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, open: AxisSet) {
         let extent = &mut self.extents_mm[axis];
         *extent = [extent[0].min(at[0]), extent[1].max(at[1])];
         let Some([least, greatest]) = self.limits_mm[axis] else { return };
-        if judge && (at[0] < least - ROUNDING_MM || at[1] > greatest + ROUNDING_MM) {
+        if !open.contains(axis) && (at[0] < least - ROUNDING_MM || at[1] > greatest + ROUNDING_MM) {
             if at[0] < least - ROUNDING_MM {
                 self.breach(axis, false, at[0], block, place);
             }
