@@ -479,6 +479,7 @@ impl Master {
             end,
             ticks: self.progress.ticks,
             buffers: self.buffers_done,
+            line: self.progress.line,
             axes,
             power_cycle,
             late_us: self.late_us,
