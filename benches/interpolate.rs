@@ -1,5 +1,4 @@
-//! Planning and interpolating, before output: million ticks a second on long moves, million
-//! segments a second on short ones.
+//! Planning and interpolating, with and without writing the dump: million ticks a second.
 
 use std::convert::Infallible;
 use std::hint::black_box;
@@ -8,6 +7,7 @@ use cnc::base::{Axis, Command, Machine, Plane, Point};
 use cnc::path::{Arc, Curve, PathItem, Segment};
 use cnc::plan::{self, Feed};
 use cnc::step;
+use cnc::tape::{Encoding, Header, Origin, Writer};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 /// A program of equal segments there and back.
@@ -37,13 +37,40 @@ fn circle(machine: &Machine) -> Segment {
     circle
 }
 
-fn run(segments: &[Segment], machine: &Machine) -> u64 {
+fn commands(segments: &[Segment], machine: &Machine) -> impl Iterator<Item = Command> {
     let start = machine.work_zero_mm;
     let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
     let plan = plan::plan(path, machine, Feed::ExactStop, start);
-    let ticks = step::interpolate(plan, machine, start)
-        .filter(|command| matches!(black_box(command), Ok(Command::Tick(_))));
-    ticks.count() as u64
+    step::interpolate(plan, machine, start).map(|command| match command {
+        Ok(command) => command,
+        Err(never) => match never {},
+    })
+}
+
+fn count(segments: &[Segment], machine: &Machine) -> u64 {
+    commands(segments, machine)
+        .filter(|command| matches!(black_box(command), Command::Tick(_)))
+        .count() as u64
+}
+
+fn write(segments: &[Segment], machine: &Machine) {
+    let origin = |name: &str| Origin { name: name.to_owned(), sha256: [0; 32] };
+    let header = Header {
+        tool: "bench".to_owned(),
+        program: origin("bench"),
+        inputs: Vec::new(),
+        options: Vec::new(),
+        machine: origin("starmill"),
+        tick_us: machine.bus.tick_us,
+        steps_per_mm: machine.axes.iter().map(|axis| (axis.axis, axis.steps_per_mm)).collect(),
+        start_steps: machine.nearest_steps(&machine.work_zero_mm),
+        encoding: Encoding::Counts,
+    };
+    let mut writer = Writer::new(std::io::sink(), &header).expect("a sink takes all");
+    for command in commands(segments, machine) {
+        writer.command(&command).expect("a sink takes all");
+    }
+    writer.finish().expect("a sink takes all");
 }
 
 fn interpolate(criterion: &mut Criterion) {
@@ -55,8 +82,9 @@ fn interpolate(criterion: &mut Criterion) {
         ("short lines", there_and_back(line([0.05, 0.02, 0.0], &machine), 20_000)),
     ];
     for (name, segments) in cases {
-        group.throughput(Throughput::Elements(run(&segments, &machine)));
-        group.bench_function(format!("{name}, ticks"), |b| b.iter(|| run(&segments, &machine)));
+        group.throughput(Throughput::Elements(count(&segments, &machine)));
+        group.bench_function(format!("{name}, ticks"), |b| b.iter(|| count(&segments, &machine)));
+        group.bench_function(format!("{name}, dump"), |b| b.iter(|| write(&segments, &machine)));
     }
     group.finish();
 }

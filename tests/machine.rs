@@ -1,6 +1,7 @@
 //! Machine profiles: what is refused, with which words; what is accepted, and its canonical form.
 
 use std::fs;
+use std::process::Stdio;
 
 use assert_cmd::Command;
 use cnc::base::machine::{BUILT_IN, Machine, ProfileError};
@@ -119,7 +120,7 @@ fn the_command_lists_shows_and_checks() {
     let (code, out, err) = cnc(&["check", "samples/machines/big-router.toml", "Cargo.toml"]);
     assert_eq!(code, 2);
     assert!(out.starts_with("samples/machines/big-router.toml: ok"), "{out}");
-    assert!(err.contains("unknown key 'package'"), "{err}");
+    assert!(err.contains("error[profile-unknown-key]: unknown key 'package'"), "{err}");
 
     let (code, out, _) = cnc(&["check", "--json", "Cargo.toml"]);
     let checked: serde_json::Value = serde_json::from_str(&out).unwrap();
@@ -140,6 +141,34 @@ fn what_is_no_profile_is_refused_with_the_reason() {
         assert_eq!((code, out.as_str()), (2, ""), "{name}");
         assert!(err.contains(reason) && err.lines().count() == 1, "{name}: {err}");
     }
+}
+
+#[test]
+fn a_reader_that_went_away_is_no_failure_and_a_full_disk_is_one() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let (closed, full) = (Stdio::from(writer), fs::File::create("/dev/full").unwrap().into());
+    for (stdout, code, said) in [(closed, 0, ""), (full, 2, "No space left")] {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_cnc"))
+            .args(["machine", "show", "--toml"])
+            .env_remove("CNC_MACHINE")
+            .stdout(stdout)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+            .wait_with_output()
+            .unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{stderr}");
+        assert!(stderr.contains(said) && (code != 0 || stderr.is_empty()), "{stderr}");
+    }
+}
+
+#[test]
+fn a_text_full_of_faults_is_refused_in_bounded_space() {
+    let keys: String = (0..20_000).map(|i| format!("key{i} = 1\n")).collect();
+    assert_eq!(faults(&keys).len(), 100);
+    assert!((1..=100).contains(&faults(&"[".repeat(100_000)).len()));
 }
 
 proptest! {

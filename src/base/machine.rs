@@ -266,6 +266,15 @@ impl Machine {
         steps
     }
 
+    /// Machine position of motor steps, on each axis; 0 on axes the machine lacks.
+    pub fn position_mm(&self, steps: &AxisMap<i64>) -> Point {
+        let mut position_mm = Point::ZERO;
+        for profile in &self.axes {
+            position_mm[profile.axis] = steps[profile.axis] as f64 / profile.steps_per_mm;
+        }
+        position_mm
+    }
+
     /// Most steps an axis makes in one tick: the byte's range, and what the axis's greatest
     /// speed allows within the node's own tick, in which its pulses come.
     pub fn count_max(&self, profile: &AxisProfile) -> u32 {

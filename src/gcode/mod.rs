@@ -1,1 +1,18 @@
-//! gcode
+//! 1 text → Block: lines of an NC program become words.
+//!
+//! Keeps the place of every word, so that whatever is found wrong later can be marked in the
+//! text. Knows which words exist ([`codes`]) and what can be wrong with a program ([`rules`]);
+//! what the words do to the machine is not known here.
+
+mod block;
+pub mod codes;
+mod fault;
+mod lines;
+mod number;
+mod parser;
+pub mod rules;
+
+pub use block::{Block, Call, Word, letter_bit};
+pub use fault::Fault;
+pub use lines::{LINE_BYTES_MAX, Line, Lines};
+pub use parser::parse;

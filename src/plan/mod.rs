@@ -67,14 +67,22 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Position at a tick boundary between the piece's start and end; at its end exactly there.
-    pub fn position_at(&self, boundary: u64, tick_s: f64) -> Point {
+    /// Share of the piece done at a tick boundary between its start and end; 1 exactly at its end.
+    pub fn share_at(&self, boundary: u64, tick_s: f64) -> f64 {
         if boundary == self.end.tick && self.end.share == 0.0 {
-            return self.end_mm();
+            return 1.0;
         }
         let time_s = self.start.ticks_until(boundary) * tick_s;
-        let along = self.ramp.distance_mm(time_s) / self.ramp.length_mm();
-        self.segment.point_at(self.share_from + (self.share_to - self.share_from) * along)
+        self.ramp.distance_mm(time_s) / self.ramp.length_mm()
+    }
+
+    /// Position at a tick boundary between the piece's start and end.
+    pub fn position_at(&self, boundary: u64, tick_s: f64) -> Point {
+        let share = self.share_at(boundary, tick_s);
+        if share >= 1.0 {
+            return self.end_mm();
+        }
+        self.segment.point_at(self.share_from + (self.share_to - self.share_from) * share)
     }
 
     /// Position at the piece's start.

@@ -25,7 +25,7 @@ pub enum ProfileError {
     Wrong {
         /// Name of the file, or of the built-in profile.
         file: String,
-        /// All that is wrong with it, in the order of the text.
+        /// What is wrong with it, in the order of the text: all of it, up to 100 faults.
         faults: Vec<Diagnostic>,
     },
 }

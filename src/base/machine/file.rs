@@ -83,11 +83,20 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
 
 fn work_zero(keys: &mut Keys<'_>) -> Point {
     let mut zero = Point::ZERO;
-    for (table, rotary) in [("work_zero_mm", false), ("work_zero_deg", true)] {
-        if keys.has_table(table) {
-            for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary() == rotary) {
-                let range = -POSITION_MOST..=POSITION_MOST;
-                zero[axis] = keys.number_if(&format!("{table}.{axis}"), range).unwrap_or(0.0);
+    for table in ["mm", "deg"] {
+        if !keys.has_table(&format!("work_zero_{table}")) {
+            continue;
+        }
+        for axis in Axis::ALL {
+            let path = format!("work_zero_{table}.{axis}");
+            match keys.number_if(&path, -POSITION_MOST..=POSITION_MOST) {
+                Some(value) if unit(axis) == table => zero[axis] = value,
+                Some(value) => {
+                    let unit = unit(axis);
+                    let help = format!("write it as work_zero_{unit} = {{ {axis} = {value:?} }}");
+                    keys.wrong(&path, format!("positions of {axis} are in {unit}"), Some(help));
+                }
+                None => {}
             }
         }
     }

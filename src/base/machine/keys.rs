@@ -12,6 +12,8 @@ use toml::de::{DeTable, DeValue};
 
 use crate::base::{Diagnostic, Severity, Span};
 
+/// Faults kept: a text with more is no profile at all.
+const FAULTS_MAX: usize = 100;
 /// Bytes of a line kept on each side of a fault.
 const EXCERPT_BYTES: usize = 100;
 
@@ -202,7 +204,7 @@ impl<'t> Keys<'t> {
         let mut unknown = Vec::new();
         self.find_unknown("", self.root.get_ref(), &mut unknown);
         let mut misspelt = BTreeSet::new();
-        for (path, place) in unknown {
+        for (path, place) in unknown.into_iter().take(FAULTS_MAX) {
             let (table, key) = path.rsplit_once('.').unwrap_or(("", &path));
             let prefix = if table.is_empty() { String::new() } else { format!("{table}.") };
             let known = self.asked.iter().filter_map(|path| path.strip_prefix(&prefix));
@@ -227,7 +229,7 @@ impl<'t> Keys<'t> {
         self.faults.is_empty()
     }
 
-    /// All that was wrong, in the order of the text.
+    /// What was wrong, in the order of the text; of very many faults only some.
     pub fn into_faults(mut self) -> Vec<Diagnostic> {
         self.faults.sort_by_key(|fault| (fault.span.line, fault.span.start));
         self.faults
@@ -299,6 +301,9 @@ impl<'t> Keys<'t> {
         message: String,
         help: Option<String>,
     ) {
+        if self.faults.len() == FAULTS_MAX {
+            return;
+        }
         let bytes = self.text.as_bytes();
         let start = place.start.min(bytes.len());
         let line_start =

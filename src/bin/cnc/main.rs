@@ -19,6 +19,8 @@ mod cmd;
 mod exit;
 mod input;
 mod interrupt;
+mod output;
+mod program;
 mod progress;
 mod report;
 

@@ -1,1 +1,120 @@
-//! Draws diagnostics for people (annotate-snippets).
+//! Draws diagnostics for people (annotate-snippets): rustc's look, on standard error.
+
+use std::io::{self, IsTerminal, Write};
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use clap::ColorChoice;
+use cnc::base::{Diagnostic, Severity};
+use cnc::interp::Checked;
+
+use crate::args::Global;
+
+/// Draws diagnostics on standard error: errors always, warnings unless `--quiet`.
+pub fn diagnostics<'a>(
+    source_name: &str,
+    diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
+    global: &Global,
+) {
+    let renderer = if use_color(global) { Renderer::styled() } else { Renderer::plain() };
+    let mut out = io::stderr().lock();
+    for diagnostic in diagnostics {
+        if diagnostic.severity == Severity::Error || !global.quiet {
+            // Nothing can be said to a standard error that is gone.
+            let _ = writeln!(out, "{}\n", draw(source_name, diagnostic, &renderer));
+        }
+    }
+}
+
+/// Says what a check of a program found, and how much of it.
+pub fn checked(source_name: &str, checked: &Checked, global: &Global) {
+    diagnostics(source_name, &checked.diagnostics, global);
+    totals(source_name, checked, global);
+}
+
+/// The last line of a check: `3 errors, 1 warning`, with what was not drawn; none if nothing was
+/// found.
+pub fn totals(source_name: &str, checked: &Checked, global: &Global) {
+    let (errors, warnings) = (checked.errors, checked.warnings);
+    if errors == 0 && (warnings == 0 || global.quiet) {
+        return;
+    }
+    let count = |count: u64, one: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        _ => Some(format!("{count} {one}s")),
+    };
+    let counts: Vec<String> =
+        [count(errors, "error"), count(warnings, "warning")].into_iter().flatten().collect();
+    let max = global.max_errors;
+    let cut = if errors.max(warnings) > max as u64 {
+        format!(" (at most {max} of each are shown: --max-errors)")
+    } else {
+        String::new()
+    };
+    say!("{source_name}: {}{cut}", counts.join(", "));
+}
+
+fn use_color(global: &Global) -> bool {
+    match global.color {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto => {
+            let is_unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+            io::stderr().is_terminal() && !is_unwanted
+        }
+    }
+}
+
+fn draw(source_name: &str, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let title = level.primary_title(&diagnostic.message).id(diagnostic.rule);
+    let mut group = if diagnostic.text.trim().is_empty() {
+        let line = diagnostic.span.line as usize;
+        let column = diagnostic.column() as usize;
+        title.element(Origin::path(source_name).line(line).char_column(column))
+    } else {
+        snippet(title, source_name, diagnostic)
+    };
+    if !diagnostic.calls.is_empty() {
+        let lines: Vec<String> = diagnostic.calls.iter().map(u32::to_string).collect();
+        group = group.element(Level::NOTE.message(format!("called on line {}", lines.join(", "))));
+    }
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(help));
+    }
+    renderer.render(&[group])
+}
+
+/// The line with the words at fault marked. Of a long line only the surroundings are there: its
+/// true column stands in the place above it.
+fn snippet<'a>(
+    title: annotate_snippets::Title<'a>,
+    source_name: &'a str,
+    diagnostic: &'a Diagnostic,
+) -> Group<'a> {
+    let line = diagnostic.span.line as usize;
+    let annotation = AnnotationKind::Primary.span(marked(diagnostic));
+    let snippet = Snippet::source(&diagnostic.text).line_start(line).annotation(annotation);
+    if diagnostic.text_offset == 0 {
+        return title.element(snippet.path(source_name));
+    }
+    let column = diagnostic.column() as usize;
+    title.element(Origin::path(source_name).line(line).char_column(column)).element(snippet)
+}
+
+/// The bytes of the text to mark, between characters.
+fn marked(diagnostic: &Diagnostic) -> Range<usize> {
+    let text = &diagnostic.text;
+    let within = |at: u32| {
+        let mut at = (at.saturating_sub(diagnostic.text_offset) as usize).min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    within(diagnostic.span.start)..within(diagnostic.span.end)
+}

@@ -1,11 +1,196 @@
-//! `cnc interpolate`
+//! `cnc interpolate`: plans a program and interpolates it to steps; the command dump, or a summary.
+
+use std::cell::RefCell;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use clap::ValueEnum;
+use cnc::base::{Axis, Machine};
+use cnc::interp::RunError;
+use cnc::step::Summary;
+use cnc::tape::{self, Writer};
+use serde_json::{Map, Value, json};
 
 use crate::args::Global;
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, Failure, Outcome};
+use crate::output;
+use crate::program::{Encoder, MotionArgs, Program};
 
+/// Plan a program and interpolate it to steps per axis per tick
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// NC program; - is standard input
+    file: PathBuf,
+    /// Write the command dump instead of a summary
+    #[arg(long)]
+    csv: bool,
+    /// Where the dump goes [default: standard output]
+    #[arg(short, long, value_name = "OUT", requires = "csv")]
+    output: Option<PathBuf>,
+    /// What stands in the dump's axis columns
+    #[arg(long, value_enum, default_value_t, requires = "csv")]
+    encoding: Encoding,
+    /// What turns the path into counts
+    #[arg(long, value_enum, default_value_t)]
+    encoder: Encoder,
+    #[command(flatten)]
+    motion: MotionArgs,
+}
 
-pub fn run(_args: &Args, _global: &Global) -> Outcome {
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Encoding {
+    /// Signed steps
+    #[default]
+    Counts,
+    /// The byte that goes on the bus
+    Bytes,
+}
+
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    let program = match Program::open(&args.file, &args.motion, global)? {
+        Ok(program) => program,
+        Err(exit) => return Ok(exit),
+    };
+    let summary = RefCell::new(Summary::default());
+    match (&args.output, args.csv) {
+        (Some(path), _) if path != Path::new("-") => {
+            output::whole_file(path, |out| dump(out, &program, args, &summary))?;
+        }
+        (_, true) => dump(io::stdout().lock(), &program, args, &summary)?,
+        (_, false) => {
+            each_command(&program, args, &summary, |_| Ok(()))?;
+            let summary = summary.into_inner();
+            let mut out = io::stdout().lock();
+            if global.json {
+                writeln!(out, "{}", to_json(&summary, &program))?;
+            } else {
+                print(&mut out, &summary, &program)?;
+            }
+        }
+    }
     Ok(Exit::Ok)
+}
+
+fn dump(
+    out: impl Write,
+    program: &Program,
+    args: &Args,
+    summary: &RefCell<Summary>,
+) -> Result<(), Failure> {
+    let encoding = match args.encoding {
+        Encoding::Counts => tape::Encoding::Counts,
+        Encoding::Bytes => tape::Encoding::Bytes,
+    };
+    let mut writer = Writer::new(out, &program.header(args.encoder, encoding))?;
+    each_command(program, args, summary, |command| writer.command(command))?;
+    writer.finish()?;
+    Ok(())
+}
+
+/// Takes every command of the program, as the chosen encoder makes it.
+fn each_command(
+    program: &Program,
+    args: &Args,
+    summary: &RefCell<Summary>,
+    mut take: impl FnMut(&cnc::base::Command) -> io::Result<()>,
+) -> Result<(), Failure> {
+    let changed = |error: RunError| anyhow!(error).context("the program changed while it was read");
+    match args.encoder {
+        Encoder::Exact => {
+            for command in program.commands(summary) {
+                take(&command.map_err(changed)?)?;
+            }
+        }
+        Encoder::Thesis => {
+            for command in program.thesis_commands(summary) {
+                take(&command.map_err(changed)?)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The axes that a report lists: X Y Z, and others once the program uses them.
+fn axes(program: &Program) -> impl Iterator<Item = Axis> {
+    let used = program.checked.summary.axes_used;
+    let axes = program.machine.axes.iter().map(|profile| profile.axis);
+    axes.filter(move |axis| Axis::LINEAR.contains(axis) || used.contains(*axis))
+}
+
+fn to_json(summary: &Summary, program: &Program) -> Value {
+    let machine = &program.machine;
+    let extents: Map<String, Value> = axes(program)
+        .filter_map(|axis| {
+            Some((axis.to_string(), json!(program.checked.summary.extents_mm[axis]?)))
+        })
+        .collect();
+    let seams: Vec<Value> = summary
+        .seams(machine)
+        .iter()
+        .map(|seam| {
+            json!({"tick": seam.tick, "line": seam.line, "kind": seam.kind.name(),
+                   "lost_seconds": seam.lost_s})
+        })
+        .collect();
+    let limits: Vec<String> = summary.bounds.iter().map(ToString::to_string).collect();
+    let warnings: Vec<Value> = program.checked.diagnostics.iter().map(warning).collect();
+    json!({
+        "schema": 1,
+        "ticks": summary.ticks,
+        "motion_seconds": summary.motion_s(machine),
+        "total_seconds": summary.total_s(machine),
+        "extents_mm": extents,
+        "distance_mm": {"cut": summary.cut_mm, "rapid": summary.rapid_mm},
+        "seams": seams,
+        "limits_met": limits,
+        "warnings": warnings,
+    })
+}
+
+fn warning(diagnostic: &cnc::base::Diagnostic) -> Value {
+    json!({"rule": diagnostic.rule, "line": diagnostic.span.line, "column": diagnostic.column(),
+           "message": diagnostic.message})
+}
+
+fn print(out: &mut impl Write, summary: &Summary, program: &Program) -> io::Result<()> {
+    let machine: &Machine = &program.machine;
+    let checked = &program.checked.summary;
+    writeln!(
+        out,
+        "program   {}: {} lines, {} blocks, {} moves",
+        program.source.name(),
+        checked.lines,
+        checked.blocks,
+        checked.moves
+    )?;
+    writeln!(out, "machine   {machine}")?;
+    writeln!(
+        out,
+        "motion    {} ticks of {} µs: {:.2} s; with pauses and refills {:.2} s",
+        summary.ticks,
+        machine.bus.tick_us,
+        summary.motion_s(machine),
+        summary.total_s(machine)
+    )?;
+    if summary.events > 0 {
+        writeln!(out, "events    {}: they take what they take", summary.events)?;
+    }
+    writeln!(out, "way       cut {:.3} mm, rapid {:.3} mm", summary.cut_mm, summary.rapid_mm)?;
+    for axis in axes(program) {
+        if let Some([low, high]) = checked.extents_mm[axis] {
+            writeln!(out, "extent    {axis} {low:.3} to {high:.3} mm")?;
+        }
+    }
+    if machine.bus.motion_ticks_max().is_some() {
+        writeln!(out, "buffers   {}", summary.buffers())?;
+    }
+    for seam in summary.seams(machine) {
+        let (tick, line, kind) = (seam.tick, seam.line, seam.kind.name());
+        writeln!(out, "seam      tick {tick}, line {line}: {kind}, {:.2} s", seam.lost_s)?;
+    }
+    for bound in &summary.bounds {
+        writeln!(out, "limited   by {bound}")?;
+    }
+    Ok(())
 }

@@ -1,11 +1,282 @@
-//! `cnc interpret`
+//! `cnc interpret`: what a program means, as a table or as JSON Lines.
+
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Point, Severity, Source};
+use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
+use crate::{input, report};
 
+/// Check an NC program and print what it means
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// NC program; - for standard input
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Where the job starts, in machine coordinates [default: the machine's work zero]
+    #[arg(long, value_name = "X,Y,Z", value_parser = input::point, allow_hyphen_values = true)]
+    start: Option<Point>,
+}
 
-pub fn run(_args: &Args, _global: &Global) -> Outcome {
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    let machine = input::machine(global)?;
+    let source = input::source(&args.file)?;
+    let options = Options { start_mm: args.start, ..Options::default() };
+    let checked = interp::check(&source, &machine, &options, global.max_errors)?;
+    let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
+    let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
+    for diagnostic in checked.diagnostics.iter().filter(as_json) {
+        write_error(&mut out, diagnostic)?;
+    }
+    out.flush()?;
+    let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
+    report::diagnostics(source.name(), drawn, global);
+    report::totals(source.name(), &checked, global);
+    if checked.errors > 0 {
+        return Ok(Exit::BadInput);
+    }
+    let axes = Axis::ALL
+        .into_iter()
+        .filter(|axis| Axis::LINEAR.contains(axis) || checked.summary.axes_used.contains(*axis))
+        .collect();
+    if !global.json {
+        write_summary(&mut out, &source, &machine, &checked)?;
+    }
+    let mut listing = Listing { out, axes, text: Vec::new(), json: global.json };
+    if !global.json {
+        listing.head()?;
+    }
+    for motion in interp::motions(&source, &machine, &options) {
+        listing.write(&motion?)?;
+    }
+    listing.out.flush()?;
     Ok(Exit::Ok)
+}
+
+/// An error as `--json` prints it.
+#[derive(serde::Serialize)]
+struct ErrorLine<'a> {
+    r#type: &'static str,
+    rule: &'static str,
+    line: u32,
+    column: u32,
+    message: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    help: Option<&'a str>,
+    /// Lines of the calls that led there, outermost first.
+    #[serde(skip_serializing_if = "<[u32]>::is_empty")]
+    calls: &'a [u32],
+}
+
+fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> anyhow::Result<()> {
+    let line = ErrorLine {
+        r#type: "error",
+        rule: diagnostic.rule,
+        line: diagnostic.span.line,
+        column: diagnostic.column(),
+        message: &diagnostic.message,
+        help: diagnostic.help.as_deref(),
+        calls: &diagnostic.calls,
+    };
+    writeln!(out, "{}", serde_json::to_string(&line)?)?;
+    Ok(())
+}
+
+fn write_summary(
+    out: &mut impl Write,
+    source: &Source,
+    machine: &Machine,
+    checked: &Checked,
+) -> io::Result<()> {
+    let summary = &checked.summary;
+    writeln!(out, "program  {}", source.name())?;
+    writeln!(out, "machine  {machine}; positions in mm in machine coordinates")?;
+    writeln!(
+        out,
+        "size     {} lines, {} blocks, {} moves, {} events",
+        summary.lines, summary.blocks, summary.moves, summary.events
+    )?;
+    writeln!(out)?;
+    writeln!(
+        out,
+        "{:>4} {:>11} {:>11} {:>11} {:>11}",
+        "axis", "start", "end", "least", "greatest"
+    )?;
+    for profile in &machine.axes {
+        let axis = profile.axis;
+        if !Axis::LINEAR.contains(&axis) && !summary.axes_used.contains(axis) {
+            continue;
+        }
+        let (start, end) = (summary.start_mm[axis], summary.end_mm[axis]);
+        let [least, greatest] = summary.extents_mm[axis].unwrap_or([start; 2]);
+        writeln!(out, "{axis:>4} {start:>11.3} {end:>11.3} {least:>11.3} {greatest:>11.3}")?;
+    }
+    writeln!(out)
+}
+
+/// Writes motion, a line each.
+struct Listing<W: Write> {
+    out: W,
+    axes: Vec<Axis>,
+    text: Vec<u8>,
+    json: bool,
+}
+
+impl<W: Write> Listing<W> {
+    fn head(&mut self) -> io::Result<()> {
+        write!(self.out, "{:>7} {:>6}  {:<8}", "line", "N", "motion")?;
+        for axis in &self.axes {
+            write!(self.out, " {:>10}", axis.letter())?;
+        }
+        writeln!(self.out, " {:>8}  arc", "feed")
+    }
+
+    fn write(&mut self, motion: &Motion) -> io::Result<()> {
+        self.text.clear();
+        match (motion, self.json) {
+            (Motion::Move(step), true) => self.json_move(step),
+            (Motion::Event(event), true) => json_event(&mut self.text, event),
+            (Motion::Move(step), false) => self.table_move(step)?,
+            (Motion::Event(event), false) => {
+                writeln!(self.text, "{:>7} {:>6}  {}", event.line, "", event.kind)?;
+            }
+        }
+        self.out.write_all(&self.text)
+    }
+
+    fn table_move(&mut self, step: &Move) -> io::Result<()> {
+        let text = &mut self.text;
+        let name = match step.kind {
+            MoveKind::Rapid => "rapid",
+            MoveKind::Line { .. } => "line",
+            MoveKind::Arc { ccw: true, .. } => "arc ccw",
+            MoveKind::Arc { ccw: false, .. } => "arc cw",
+        };
+        write!(text, "{:>7} ", step.line)?;
+        match step.n {
+            Some(n) => write!(text, "{n:>6}")?,
+            None => write!(text, "{:>6}", "")?,
+        }
+        write!(text, "  {name:<8}")?;
+        for axis in &self.axes {
+            write!(text, " {:>10.3}", step.to[*axis])?;
+        }
+        match step.kind {
+            MoveKind::Rapid => {}
+            MoveKind::Line { feed_mm_min } => write!(text, " {feed_mm_min:>8.1}")?,
+            MoveKind::Arc { feed_mm_min, plane, center_mm: [first, second], turns, .. } => {
+                let [a, b] = plane.axes();
+                write!(
+                    text,
+                    " {feed_mm_min:>8.1}  {} centre {a}{first:.3} {b}{second:.3}",
+                    plane.name()
+                )?;
+                if turns > 0 {
+                    write!(text, " and {turns} full turns")?;
+                }
+            }
+        }
+        text.push(b'\n');
+        Ok(())
+    }
+
+    fn json_move(&mut self, step: &Move) {
+        let (text, axes) = (&mut self.text, &self.axes);
+        text.extend_from_slice(match step.kind {
+            MoveKind::Rapid => b"{\"type\":\"rapid\",\"line\":".as_slice(),
+            MoveKind::Line { .. } => b"{\"type\":\"line\",\"line\":",
+            MoveKind::Arc { .. } => b"{\"type\":\"arc\",\"line\":",
+        });
+        integer(text, step.line);
+        if let Some(n) = step.n {
+            text.extend_from_slice(b",\"n\":");
+            integer(text, n);
+        }
+        text.extend_from_slice(b",\"from\":");
+        json_point(text, axes, &step.from);
+        text.extend_from_slice(b",\"to\":");
+        json_point(text, axes, &step.to);
+        if let MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } = step.kind {
+            text.extend_from_slice(b",\"feed\":");
+            number(text, feed_mm_min);
+        }
+        if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
+            text.extend_from_slice(b",\"plane\":\"");
+            text.extend_from_slice(plane.name().as_bytes());
+            text.extend_from_slice(b"\",\"center\":");
+            let mut center = AxisMap::default();
+            let axes = plane.axes();
+            [center[axes[0]], center[axes[1]]] = center_mm;
+            json_point(text, &axes, &center);
+            text.extend_from_slice(if ccw { b",\"ccw\":true" } else { b",\"ccw\":false" });
+            text.extend_from_slice(b",\"turns\":");
+            integer(text, turns);
+        }
+        text.extend_from_slice(b"}\n");
+    }
+}
+
+fn json_point(text: &mut Vec<u8>, axes: &[Axis], point: &Point) {
+    let mut separator = b'{';
+    for axis in axes {
+        text.extend_from_slice(&[separator, b'"', axis.letter() as u8, b'"', b':']);
+        number(text, point[*axis]);
+        separator = b',';
+    }
+    text.push(b'}');
+}
+
+fn json_event(text: &mut Vec<u8>, event: &Event) {
+    let is_dwell = matches!(event.kind, EventKind::Dwell(_));
+    let head: &[u8] = if is_dwell { b"{\"type\":\"dwell\"" } else { b"{\"type\":\"event\"" };
+    text.extend_from_slice(head);
+    text.extend_from_slice(b",\"line\":");
+    integer(text, event.line);
+    match event.kind {
+        EventKind::Dwell(seconds) => field(text, "seconds", seconds),
+        EventKind::M { code, spindle_rpm, tool } => {
+            text.extend_from_slice(b",\"code\":\"M");
+            integer(text, code.into());
+            text.push(b'"');
+            if let Some(rpm) = spindle_rpm {
+                field(text, "s", rpm);
+            }
+            if let Some(tool) = tool {
+                field(text, "t", tool.into());
+            }
+        }
+        EventKind::S(rpm) => {
+            text.extend_from_slice(b",\"code\":\"S\"");
+            field(text, "s", rpm);
+        }
+        EventKind::T(tool) => {
+            text.extend_from_slice(b",\"code\":\"T\"");
+            field(text, "t", tool.into());
+        }
+    }
+    text.extend_from_slice(b"}\n");
+}
+
+fn field(text: &mut Vec<u8>, name: &str, value: f64) {
+    text.extend_from_slice(b",\"");
+    text.extend_from_slice(name.as_bytes());
+    text.extend_from_slice(b"\":");
+    number(text, value);
+}
+
+fn integer(text: &mut Vec<u8>, value: u32) {
+    text.extend_from_slice(itoa::Buffer::new().format(value).as_bytes());
+}
+
+/// The shortest form that reads back as the same value; whole numbers without a point.
+fn number(text: &mut Vec<u8>, value: f64) {
+    // Whole numbers up to here are exact in both types.
+    if value.fract() == 0.0 && value.abs() < 1e15 {
+        text.extend_from_slice(itoa::Buffer::new().format(value as i64).as_bytes());
+    } else {
+        text.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());
+    }
 }

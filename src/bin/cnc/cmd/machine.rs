@@ -9,7 +9,7 @@ use cnc::base::machine::{BUILT_IN, Machine, Master, ProfileError, Protocol, Rapi
 use serde_json::{Value, json};
 
 use crate::args::Global;
-use crate::exit::{Exit, Failure, Outcome};
+use crate::exit::{Exit, Outcome};
 use crate::input;
 
 /// List, show or check machine profiles
@@ -144,25 +144,19 @@ fn check(out: &mut impl Write, files: &[String], global: &Global) -> Outcome {
             results.iter().map(|(file, result)| result_json(file, result)).collect();
         writeln!(out, "{}", json!({"schema": 1, "ok": bad == 0, "files": files}))?;
     }
-    for (file, result) in &results {
+    for (file, result) in results {
         match result {
             Ok(machine) => {
                 if !global.json {
                     writeln!(out, "{file}: ok: {}", machine.name)?;
                 }
-                input::warn(machine, global);
+                input::warn(&machine, global);
             }
-            Err(error) => say!("error: {error}"),
+            Err(error) => say!("error: {}", input::unusable(error, global)),
         }
     }
     out.flush()?;
-    match bad {
-        0 => Ok(Exit::Ok),
-        _ => Err(Failure {
-            code: 2,
-            error: anyhow::anyhow!("{bad} of {} profiles cannot be used", files.len()),
-        }),
-    }
+    Ok(if bad == 0 { Exit::Ok } else { Exit::BadProfile })
 }
 
 fn result_json(file: &str, result: &Result<Machine, ProfileError>) -> Value {

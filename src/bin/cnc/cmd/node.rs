@@ -1,18 +1,18 @@
 //! `cnc node`: virtual nodes on a pseudo-terminal that behave as the node firmware does.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
-use cnc::base::{Axis, Machine};
+use cnc::base::{Axis, AxisSet, Machine};
 use cnc::wire::{ANSWER_PAUSE_US, Entry, ExecutedTick, Happening, Nodes};
 use cnc::wire_io::{Pty, Serving, Speed, serve};
 use serde_json::json;
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
-use crate::input;
 use crate::interrupt::Interrupts;
+use crate::{input, output};
 
 /// How far this system may be late in reading bytes before the nodes' log calls it a hazard.
 const READ_LATE_US: f64 = 5000.0;
@@ -76,8 +76,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     serve(&mut pty, &mut nodes, serving).context("pseudo-terminal")?;
     let executed = nodes.executed();
     if let Some(file) = &args.executed {
-        write_executed(file, &machine, &nodes, &executed)
-            .with_context(|| format!("{} was not written", file.display()))?;
+        output::whole_file(file, |out| Ok(write_executed(out, &machine, &nodes, &executed)?))?;
     }
     summary(&nodes, &executed, hazards, global)?;
     Ok(Exit::Ok)
@@ -136,19 +135,15 @@ fn log(entry: &Entry, global: &Global) {
     }
 }
 
-/// Written whole or not at all.
+/// The counts that each axis executed, a row a tick.
 fn write_executed(
-    file: &Path,
+    out: &mut impl Write,
     machine: &Machine,
     nodes: &Nodes,
     executed: &[ExecutedTick],
-) -> anyhow::Result<()> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut part = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
-    let axes: Vec<Axis> = machine.axes.iter().map(|profile| profile.axis).collect();
-    let axes: Vec<Axis> = nodes.iter().map(|(axis, _)| axis).chain(axes).collect();
-    let axes: cnc::base::AxisSet = axes.into_iter().collect();
-    let mut out = std::io::BufWriter::new(part.as_file_mut());
+) -> std::io::Result<()> {
+    let machine_axes = machine.axes.iter().map(|profile| profile.axis);
+    let axes: AxisSet = nodes.iter().map(|(axis, _)| axis).chain(machine_axes).collect();
     let names: Vec<String> = axes.iter().map(|axis| axis.to_string()).collect();
     writeln!(out, "tick,buffer,{}", names.join(","))?;
     for (tick, row) in executed.iter().enumerate() {
@@ -156,9 +151,6 @@ fn write_executed(
         axes.iter().try_for_each(|axis| write!(out, ",{}", row.counts[axis]))?;
         writeln!(out)?;
     }
-    out.flush()?;
-    drop(out);
-    part.persist(file)?;
     Ok(())
 }
 

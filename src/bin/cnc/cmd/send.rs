@@ -3,21 +3,27 @@
 mod operator;
 mod result;
 
+use std::cell::RefCell;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
-use cnc::tape;
-use cnc::wire::{self, ANSWER_PAUSE_US, Ending, Job, Master, Nodes, Timing};
+use cnc::interp::RunError;
+use cnc::plan::Feed;
+use cnc::step::Summary;
+use cnc::wire::{self, ANSWER_PAUSE_US, End, Ending, Job, Master, Nodes, Timing};
 use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
+use cnc::{tape, verify};
 
 use self::operator::Terminal;
-use self::result::Report;
+use self::result::{Report, Simulated};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
+use crate::program::{MotionArgs, Program};
 use crate::progress::Bar;
 
 /// Streams a program or a command dump to the nodes
@@ -44,19 +50,45 @@ pub struct Args {
     /// Go over M0, M1, M6 and M60 without waiting
     #[arg(long)]
     ignore_stops: bool,
+    #[command(flatten)]
+    motion: MotionArgs,
 }
 
 /// The port that stands for nodes within this program.
 const SIMULATED: &str = "sim:";
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let machine = input::machine(global)?;
     let source = input::source(&args.file)?;
     check_speed(args)?;
-    let (commands, start_steps) = commands(&source, &machine)?;
-    let job = Job::new(commands, start_steps, &machine).or_bad_input()?;
-    wire::lint(&job, &machine).or_bad_input()?;
-    let report = Report { machine: &machine, global };
+    if tape::looks_like_dump(&head(&source)?) {
+        let machine = input::machine(global)?;
+        let (commands, start_steps) = dump(&source, &machine)?;
+        let job = Job::new(commands, start_steps, &machine).or_bad_input()?;
+        return run_job(args, global, &machine, job, None);
+    }
+    let program = match Program::check(source, input::machine(global)?, &args.motion, global)? {
+        Ok(program) => program,
+        Err(exit) => return Ok(exit),
+    };
+    let machine = &program.machine;
+    let summary = RefCell::new(Summary::default());
+    let commands = program.commands(&summary).collect::<Result<Vec<_>, _>>()?;
+    let start_steps = machine.nearest_steps(&program.start_mm());
+    let job = Job::new(commands, start_steps, machine).or_bad_input()?;
+    run_job(args, global, machine, job, Some(&program))
+}
+
+/// Lints, shows and runs a job; the program that it was made from, if it is at hand, is what the
+/// virtual nodes' motion is held against.
+fn run_job(
+    args: &Args,
+    global: &Global,
+    machine: &Machine,
+    job: Job,
+    program: Option<&Program>,
+) -> Outcome {
+    wire::lint(&job, machine).or_bad_input()?;
+    let report = Report { machine, global };
     report.job(&job);
     let interrupts = Interrupts::watch()?;
     let operator = Terminal::new(args.ignore_stops, global, interrupts);
@@ -70,20 +102,22 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         return Ok(Exit::Interrupted);
     }
     if args.port == Path::new(SIMULATED) {
-        simulate(&report, job, operator)
+        simulate(&report, job, operator, program)
     } else {
         send(args, &report, job, operator)
     }
 }
 
-/// What the machine is to do, and where it stands at the start, from a program or a dump.
-fn commands(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64>), Failure> {
-    let mut first = Vec::new();
-    std::io::Read::read_to_end(&mut std::io::Read::take(source.reader(0), 16), &mut first)
-        .with_context(|| source.name().to_owned())?;
-    if !tape::looks_like_dump(&first) {
-        return Err(anyhow!("{} is no command dump", source.name())).or_bad_input();
-    }
+/// Enough of a file to tell a dump from a program.
+fn head(source: &Source) -> anyhow::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    let read = source.reader(0).take(16).read_to_end(&mut head);
+    read.with_context(|| source.name().to_owned())?;
+    Ok(head)
+}
+
+/// The commands of a dump, and where the machine has to stand at their start.
+fn dump(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64>), Failure> {
     let reader = tape::Reader::open(source.clone()).or_bad_input()?;
     let header = reader.header();
     let stranger = |what: &str| {
@@ -120,7 +154,12 @@ fn check_speed(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn simulate(report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {
+fn simulate(
+    report: &Report<'_>,
+    job: Job,
+    mut operator: Terminal,
+    program: Option<&Program>,
+) -> Outcome {
     let machine = report.machine;
     let units = job_units(machine);
     let nodes = Nodes::new(machine, units, &job.start_steps, ANSWER_PAUSE_US);
@@ -134,7 +173,28 @@ fn simulate(report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {
         }
     }
     let difference = job.first_difference(&link.nodes().executed());
-    report.simulated(&job, &ending, difference, hazards)
+    let contour = match program {
+        Some(program) if ending.end == End::Done && difference.is_none() => {
+            Some(verified(program)?)
+        }
+        _ => None,
+    };
+    report.simulated(&job, &ending, Simulated { difference, hazards, contour })
+}
+
+/// Holds the plan, which the nodes have executed tick by tick, against the program's path.
+fn verified(program: &Program) -> anyhow::Result<verify::Report> {
+    let machine = &program.machine;
+    let setup = verify::Setup {
+        machine,
+        tick_us: machine.bus.tick_us,
+        start_steps: machine.nearest_steps(&program.start_mm()),
+        constant_feed: program.feed() == Feed::Constant,
+        with_events: true,
+    };
+    let summary = RefCell::new(Summary::default());
+    let commands = || Ok::<_, RunError>(program.commands(&summary));
+    Ok(verify::verify(&setup, commands, || Ok::<_, RunError>(program.path()))?)
 }
 
 fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {

@@ -1,11 +1,223 @@
-//! `cnc verify`
+//! `cnc verify`: holds a command dump against the analytic path of its program.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow, bail};
+use cnc::base::{Machine, Point, Source};
+use cnc::tape::{Header, Reader, TapeError};
+use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, ExitWith, Outcome};
+use crate::input;
+use crate::program::{FeedMode, MotionArgs, Program};
 
+/// Hold a command dump against the path of its program
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// NC program that the dump was made from; - for standard input
+    #[arg(value_name = "PROGRAM")]
+    program: PathBuf,
+    /// Command dump; - for standard input
+    #[arg(value_name = "DUMP")]
+    dump: PathBuf,
+    /// Take a dump without metadata, from another tool: columns X, Y, Z with the steps of each
+    /// tick suffice, by the profile given
+    #[arg(long)]
+    unsealed: bool,
+}
 
-pub fn run(_args: &Args, _global: &Global) -> Outcome {
-    Ok(Exit::Ok)
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    if args.program == Path::new("-") && args.dump == Path::new("-") {
+        return Err(anyhow!("standard input cannot be both the program and the dump").into());
+    }
+    let machine = input::machine(global)?;
+    let program = input::source(&args.program)?;
+    let dump = input::source(&args.dump)?;
+    let name = dump.name().to_owned();
+    let reader = open(args, &dump, &machine).with_context(|| name.clone()).or_bad_input()?;
+    if !reader.unused_columns().is_empty() && !global.quiet {
+        say!("warning: {name}: columns not used: {}", reader.unused_columns().join(", "));
+    }
+    let (header, with_events) = (reader.header().clone(), reader.has_events());
+    if !args.unsealed {
+        check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
+    }
+    let motion = motion(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
+    let program = match Program::check(program, machine, &motion, global)? {
+        Ok(program) => program,
+        Err(exit) => return Ok(exit),
+    };
+    if !args.unsealed {
+        check_program(&header, &program).with_context(|| name.clone()).or_bad_input()?;
+    }
+    let setup = Setup {
+        machine: &program.machine,
+        tick_us: header.tick_us,
+        start_steps: header.start_steps,
+        constant_feed: motion.feed == FeedMode::Constant,
+        with_events,
+    };
+    let commands = || open(args, &dump, &program.machine);
+    let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
+        .with_context(|| name.clone())
+        .or_bad_input()?;
+    let mut out = io::stdout().lock();
+    if global.json {
+        writeln!(out, "{}", serde_json::to_string(&report)?)?;
+    } else if !global.quiet {
+        print(&mut out, &report, global)?;
+    }
+    out.flush()?;
+    if global.json || global.quiet {
+        report.failures.iter().for_each(|failure| say!("error: {name}: {failure}"));
+    }
+    Ok(if report.verdict == Verdict::Pass { Exit::Ok } else { Exit::BadInput })
+}
+
+fn open(args: &Args, dump: &Source, machine: &Machine) -> Result<Reader, TapeError> {
+    if args.unsealed {
+        Reader::open_unsealed(dump.clone(), machine)
+    } else {
+        Reader::open(dump.clone())
+    }
+}
+
+/// The header's own figures are no part of the hash of its rows, so they are held against the
+/// profile one by one.
+fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
+    let of = &header.machine;
+    if of.name != machine.id {
+        bail!(
+            "the dump was made for machine '{}', not for '{}'; use --machine {}",
+            of.name,
+            machine.id,
+            of.name
+        );
+    }
+    if of.sha256 != machine.sha256() {
+        bail!(
+            "the dump was made for another profile of machine '{}' than the present one; \
+             interpolate the program again",
+            of.name
+        );
+    }
+    let scale = |axis| machine.axis(axis).map(|profile| profile.steps_per_mm);
+    if let Some((axis, steps)) = header.steps_per_mm.iter().find(|(a, s)| scale(*a) != Some(*s)) {
+        bail!("the dump has {axis}={steps} steps per mm, which machine '{}' has not", machine.id);
+    }
+    let is_thesis = header.options.iter().any(|option| is(option, "encoder", "thesis"));
+    if header.tick_us != machine.bus.tick_us && !is_thesis {
+        let (dump, profile) = (header.tick_us, machine.bus.tick_us);
+        bail!("the dump has ticks of {dump} us, machine '{}' has {profile} us", machine.id);
+    }
+    Ok(())
+}
+
+fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
+    if header.program.sha256 != program.checked.sha256 {
+        bail!(
+            "the dump was made from another program than {}: from '{}', or from it before it was \
+             changed; interpolate the program again",
+            program.source.name(),
+            header.program.name
+        );
+    }
+    if let Some(input) = header.inputs.first() {
+        bail!(
+            "the dump was made with the further file '{}', which the program does not read",
+            input.name
+        );
+    }
+    Ok(())
+}
+
+fn is((name, value): &(String, String), wanted: &str, as_value: &str) -> bool {
+    name == wanted && value == as_value
+}
+
+/// The options that change motion, as the dump's header has them.
+fn motion(header: &Header, machine: &Machine) -> anyhow::Result<MotionArgs> {
+    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start: start(header, machine) };
+    for option in &header.options {
+        if is(option, "feed", "constant") {
+            motion.feed = FeedMode::Constant;
+        } else if option.0 == "start" {
+            let point = input::point(&option.1).map_err(|reason| anyhow!("{reason}"));
+            motion.start = Some(point.context("option 'start' of the dump's header")?);
+        } else if !is(option, "dialect", "iso") && !is(option, "encoder", "thesis") {
+            let (name, value) = option;
+            bail!("the dump was made with option {name}={value}, which is not known here");
+        }
+    }
+    Ok(motion)
+}
+
+/// Where the dump starts, unless that is where every job starts.
+fn start(header: &Header, machine: &Machine) -> Option<Point> {
+    let usual = machine.nearest_steps(&machine.work_zero_mm);
+    (header.start_steps != usual).then(|| machine.position_mm(&header.start_steps))
+}
+
+/// The table for people.
+fn print(out: &mut impl Write, report: &Report, global: &Global) -> io::Result<()> {
+    let row = ["check", "axis", "value", "limit", "unit", "", "where"].map(str::to_owned);
+    let mut rows = vec![row];
+    rows.extend(report.limits.iter().map(cells));
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let widths: [usize; 7] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    for [check, axis, value, limit, unit, verdict, place] in &rows {
+        let [w0, w1, w2, w3, w4, w5, _] = widths;
+        let line = format!(
+            "{check:w0$}  {axis:w1$}  {value:>w2$}  {limit:>w3$}  {unit:w4$}  {verdict:w5$}  {place}"
+        );
+        writeln!(out, "{}", line.trim_end())?;
+    }
+    writeln!(out)?;
+    writeln!(out, "{} ticks, {} s", report.ticks, number(report.seconds))?;
+    if let Some(rms) = report.rms_contour_error_mm {
+        writeln!(out, "contour error: root mean square {} mm", number(rms))?;
+    }
+    if let Some(percent) = report.max_feed_error_percent {
+        writeln!(out, "speed above feed, over 20 ticks: at most {} %", number(percent))?;
+    }
+    if global.verbose {
+        for block in &report.worst_blocks {
+            let (line, tick, mm) = (block.line, block.tick, number(block.max_mm));
+            writeln!(out, "line {line}: up to {mm} mm off, at tick {tick}")?;
+        }
+    }
+    writeln!(out)?;
+    match report.verdict {
+        Verdict::Fail => {
+            writeln!(out, "FAIL")?;
+            report.failures.iter().try_for_each(|failure| writeln!(out, "  {failure}"))
+        }
+        Verdict::Pass | Verdict::Reported => writeln!(out, "pass"),
+    }
+}
+
+fn cells(check: &Check) -> [String; 7] {
+    let verdict = match check.verdict {
+        Verdict::Pass => "pass",
+        Verdict::Fail => "FAIL",
+        Verdict::Reported => "not judged",
+    };
+    let place = check.at.map(|at| format!("tick {}, line {}", at.tick, at.line));
+    [
+        check.check.to_owned(),
+        check.axis.map(|axis| axis.to_string()).unwrap_or_default(),
+        number(check.value),
+        number(check.limit),
+        check.unit.to_owned(),
+        verdict.to_owned(),
+        place.unwrap_or_default(),
+    ]
+}
+
+/// At most four decimals, and no more than it takes.
+fn number(value: f64) -> String {
+    let text = format!("{value:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

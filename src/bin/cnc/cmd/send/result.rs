@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use cnc::base::{Axis, Event, EventKind, Machine};
+use cnc::verify::{self, Verdict};
 use cnc::wire::{End, Ending, Job, Position};
 use serde_json::{Map, Value, json};
 
@@ -13,6 +14,23 @@ use crate::exit::{Exit, Outcome};
 pub struct Report<'a> {
     pub machine: &'a Machine,
     pub global: &'a Global,
+}
+
+/// What came of a job on nodes within this program.
+pub struct Simulated {
+    /// The first tick that was not executed as planned, and its NC line.
+    pub difference: Option<(u64, u32)>,
+    /// Hazards of the bus that the nodes saw.
+    pub hazards: u64,
+    /// What was executed held against the program's path, if the program is at hand.
+    pub contour: Option<verify::Report>,
+}
+
+impl Simulated {
+    fn is_right(&self) -> bool {
+        let on_path = self.contour.as_ref().is_none_or(|found| found.verdict == Verdict::Pass);
+        self.difference.is_none() && self.hazards == 0 && on_path
+    }
 }
 
 impl Report<'_> {
@@ -71,25 +89,33 @@ impl Report<'_> {
     }
 
     /// The end of a job on nodes within this program, which tell what they executed.
-    pub fn simulated(
-        &self,
-        job: &Job,
-        ending: &Ending,
-        difference: Option<(u64, u32)>,
-        hazards: u64,
-    ) -> Outcome {
-        let difference = difference.filter(|_| ending.end == End::Done);
-        if let Some((tick, line)) = difference {
+    pub fn simulated(&self, job: &Job, ending: &Ending, found: Simulated) -> Outcome {
+        let done = ending.end == End::Done;
+        if let Some((tick, line)) = found.difference.filter(|_| done) {
             say!("error: line {line}, tick {tick}: the nodes did not execute what was planned");
-        } else if ending.end == End::Done && !self.global.quiet {
+        } else if done && !self.global.quiet {
             say!("the nodes executed what was planned, tick by tick ({} ticks)", job.ticks);
         }
-        let equal = difference.is_none() && hazards == 0;
-        let exit = self.finish(ending, (ending.end == End::Done).then_some(equal))?;
-        Ok(if exit == Exit::Ok && !equal { Exit::Bus } else { exit })
+        if let Some(contour) = &found.contour {
+            self.contour(contour);
+        }
+        let exit = self.finish(ending, done.then_some(&found))?;
+        Ok(if exit == Exit::Ok && !found.is_right() { Exit::Bus } else { exit })
     }
 
-    fn finish(&self, ending: &Ending, executed_as_planned: Option<bool>) -> Outcome {
+    fn contour(&self, contour: &verify::Report) {
+        let (error, tolerance) = (contour.max_contour_error_mm, contour.tolerance_mm);
+        for failure in &contour.failures {
+            say!("error: {failure}");
+        }
+        if contour.verdict == Verdict::Pass && !self.global.quiet {
+            say!(
+                "and that is the program's path: {error:.4} mm off at most, {tolerance:.4} allowed"
+            );
+        }
+    }
+
+    fn finish(&self, ending: &Ending, found: Option<&Simulated>) -> Outcome {
         let (name, exit) = match &ending.end {
             End::Done => ("done", Exit::Ok),
             End::Interrupted => ("interrupted", Exit::Interrupted),
@@ -119,7 +145,12 @@ impl Report<'_> {
             result.insert("power_cycle".to_owned(), json!(ending.power_cycle));
             result.insert("late_us".to_owned(), json!(ending.late_us));
             result.insert("late_us_max".to_owned(), json!(ending.late_us_max));
-            result.insert("executed_as_planned".to_owned(), json!(executed_as_planned));
+            if let Some(found) = found {
+                let as_planned = found.difference.is_none() && found.hazards == 0;
+                result.insert("executed_as_planned".to_owned(), json!(as_planned));
+                result.insert("hazards".to_owned(), json!(found.hazards));
+                result.insert("verify".to_owned(), json!(found.contour));
+            }
             result.insert("error".to_owned(), json!(fault));
             writeln!(io::stdout(), "{}", Value::Object(result))?;
         } else {

@@ -1,0 +1,3 @@
+(expect: bad-character 2:4)
+G0 !X1
+M30

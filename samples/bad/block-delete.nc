@@ -1,0 +1,3 @@
+(expect: block-delete 2:1)
+/G0 X1
+M30

@@ -1,0 +1,2 @@
+(expect: empty-program 2:1)
+(nothing but remarks)

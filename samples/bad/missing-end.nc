@@ -1,0 +1,2 @@
+(expect: missing-end 2:1)
+G0 X1

@@ -1,0 +1,3 @@
+(expect: missing-word 2:1)
+G4
+M30

@@ -1,0 +1,5 @@
+(expect: unknown-subprogram 2:1)
+GR10
+M30
+O11
+M99

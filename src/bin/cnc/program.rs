@@ -1,0 +1,177 @@
+//! From a program to commands, as `interpolate`, `verify` and `send` all need it: checked whole
+//! first, then planned and interpolated.
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use anyhow::anyhow;
+use clap::ValueEnum;
+use cnc::base::machine::Rapid;
+use cnc::base::{Axis, Command, Machine, Point, Source};
+use cnc::interp::{self, Checked, RunError};
+use cnc::path::{self, PathItem};
+use cnc::plan::{self, Feed};
+use cnc::step::{self, Summary, thesis};
+use cnc::tape::{Encoding, Header, Origin};
+
+use crate::args::Global;
+use crate::exit::{Exit, Failure};
+use crate::{input, report};
+
+/// Options that change the motion of a job.
+#[derive(Clone, Debug, clap::Args)]
+pub struct MotionArgs {
+    /// How speed is planned
+    #[arg(long, value_enum, default_value_t, value_name = "MODE")]
+    pub feed: FeedMode,
+    /// Machine position at which the job starts, in mm [default: the profile's work zero]
+    #[arg(long, value_name = "X,Y,Z", value_parser = input::point, allow_hyphen_values = true)]
+    pub start: Option<Point>,
+}
+
+/// How speed is planned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum FeedMode {
+    /// Ramps; at rest at the end of every block
+    #[default]
+    ExactStop,
+    /// The feed throughout, without ramps: for comparison, and for drivers that ramp by themselves
+    Constant,
+}
+
+/// What turns the path into counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Encoder {
+    /// Differences of rounded absolute positions
+    #[default]
+    Exact,
+    /// The seed's own, for comparison only: it loses steps, and no node may be sent it
+    Thesis,
+}
+
+/// A program without errors, on a machine.
+pub struct Program {
+    pub source: Source,
+    pub machine: Machine,
+    pub checked: Checked,
+    options: interp::Options,
+    feed: Feed,
+}
+
+impl Program {
+    /// Checks a program whole and says what is wrong with it. A program with errors ends here:
+    /// all has been said then.
+    pub fn open(
+        file: &Path,
+        motion: &MotionArgs,
+        global: &Global,
+    ) -> Result<Result<Program, Exit>, Failure> {
+        let machine = input::machine(global)?;
+        let source = input::source(file)?;
+        Program::check(source, machine, motion, global)
+    }
+
+    /// As [`Program::open`], for a program that is open already.
+    pub fn check(
+        source: Source,
+        machine: Machine,
+        motion: &MotionArgs,
+        global: &Global,
+    ) -> Result<Result<Program, Exit>, Failure> {
+        if machine.rapid == Rapid::Independent {
+            let id = &machine.id;
+            let reason = anyhow!(
+                "machine profile '{id}': rapid = \"independent\" cannot be planned; \
+                 use rapid = \"straight\""
+            );
+            return Err(Failure { code: 2, error: reason });
+        }
+        let options = interp::Options { start_mm: motion.start, ..Default::default() };
+        let checked = interp::check(&source, &machine, &options, global.max_errors)?;
+        report::checked(source.name(), &checked, global);
+        if checked.errors > 0 {
+            return Ok(Err(Exit::BadInput));
+        }
+        let feed = match motion.feed {
+            FeedMode::ExactStop => Feed::ExactStop,
+            FeedMode::Constant => Feed::Constant,
+        };
+        Ok(Ok(Program { source, machine, checked, options, feed }))
+    }
+
+    /// Where the job starts, in machine coordinates.
+    pub fn start_mm(&self) -> Point {
+        self.options.start_mm.unwrap_or(self.machine.work_zero_mm)
+    }
+
+    /// How its speed is planned.
+    pub fn feed(&self) -> Feed {
+        self.feed
+    }
+
+    /// The path that the program means.
+    pub fn path(&self) -> impl Iterator<Item = Result<PathItem, RunError>> {
+        path::segments(interp::motions(&self.source, &self.machine, &self.options))
+    }
+
+    /// The commands of the job; the summary grows as they are taken.
+    pub fn commands<'a>(
+        &'a self,
+        summary: &'a RefCell<Summary>,
+    ) -> impl Iterator<Item = Result<Command, RunError>> + 'a {
+        let start = self.start_mm();
+        let plan = plan::plan(self.path(), &self.machine, self.feed, start);
+        let plan = plan.inspect(|planned| {
+            if let Ok(planned) = planned {
+                summary.borrow_mut().planned(planned);
+            }
+        });
+        step::interpolate(plan, &self.machine, start).inspect(|command| {
+            if let Ok(command) = command {
+                summary.borrow_mut().command(command);
+            }
+        })
+    }
+
+    /// The commands that the seed's own encoder makes of the path.
+    pub fn thesis_commands<'a>(
+        &'a self,
+        summary: &'a RefCell<Summary>,
+    ) -> impl Iterator<Item = Result<Command, RunError>> + 'a {
+        thesis::encode(self.path(), &self.machine).inspect(|command| {
+            if let Ok(command) = command {
+                summary.borrow_mut().command(command);
+            }
+        })
+    }
+
+    /// The header of the job's dump.
+    pub fn header(&self, encoder: Encoder, encoding: Encoding) -> Header {
+        let machine = &self.machine;
+        let mut options = vec![("dialect".to_owned(), "iso".to_owned())];
+        if self.feed == Feed::Constant {
+            options.push(("feed".to_owned(), "constant".to_owned()));
+        }
+        if encoder == Encoder::Thesis {
+            options.push(("encoder".to_owned(), "thesis".to_owned()));
+        }
+        let used = |axis: &Axis| {
+            Axis::LINEAR.contains(axis) || self.checked.summary.axes_used.contains(*axis)
+        };
+        let columns = machine.axes.iter().filter(|profile| used(&profile.axis));
+        Header {
+            tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
+            program: Origin { name: self.source.name().to_owned(), sha256: self.checked.sha256 },
+            inputs: Vec::new(),
+            options,
+            machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },
+            tick_us: match encoder {
+                Encoder::Exact => machine.bus.tick_us,
+                Encoder::Thesis => thesis::TICK_US,
+            },
+            steps_per_mm: columns.map(|profile| (profile.axis, profile.steps_per_mm)).collect(),
+            start_steps: machine.nearest_steps(&self.start_mm()),
+            encoding,
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! One line of a program as words.
+
+use std::fmt;
+
+/// A letter and its number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Word {
+    /// Upper-case letter.
+    pub letter: u8,
+    /// The number, as written: no unit is known here.
+    pub value: f64,
+    /// Byte of the line at which the word begins.
+    pub start: u32,
+    /// Byte of the line just after the word.
+    pub end: u32,
+}
+
+/// As in the program, in the shortest form that reads back as the same word.
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", char::from(self.letter), self.value)
+    }
+}
+
+/// A subroutine call: `GR100`, or `GR` with its number in a P word.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Call {
+    /// The number that follows GR, if one does.
+    pub number: Option<f64>,
+    /// Byte of the line at which `GR` begins.
+    pub start: u32,
+    /// Byte of the line just after it and its number.
+    pub end: u32,
+}
+
+/// The words of one line. Made to be reused: clearing it frees nothing.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Whether the line begins with `/` (block delete).
+    pub delete: bool,
+    /// Whether the line is a `%`: the beginning or end of the program's text.
+    pub percent: bool,
+    /// The subroutine call, if the line is one.
+    pub call: Option<Call>,
+    words: Vec<Word>,
+    present: u32,
+    /// Where in `words` the first word of each letter stands; valid where `present` says so.
+    places: [u16; 26],
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Block {
+            delete: false,
+            percent: false,
+            call: None,
+            words: Vec::with_capacity(16),
+            present: 0,
+            places: [0; 26],
+        }
+    }
+}
+
+/// Two lines are the same block if they hold the same words in the same order, wherever these
+/// stand in the line.
+impl PartialEq for Block {
+    fn eq(&self, other: &Self) -> bool {
+        let values = |block: &Block| -> Vec<(u8, f64)> {
+            block.words.iter().map(|word| (word.letter, word.value)).collect()
+        };
+        let call = |block: &Block| block.call.map(|call| call.number);
+        self.delete == other.delete
+            && self.percent == other.percent
+            && call(self) == call(other)
+            && values(self) == values(other)
+    }
+}
+
+/// The bit of an upper-case letter in a set of letters.
+pub const fn letter_bit(letter: u8) -> u32 {
+    1 << (letter - b'A')
+}
+
+/// The set of the letters of a text, which has to be of upper-case letters.
+pub const fn letter_set(letters: &str) -> u32 {
+    let letters = letters.as_bytes();
+    let mut set = 0;
+    let mut i = 0;
+    while i < letters.len() {
+        set |= letter_bit(letters[i]);
+        i += 1;
+    }
+    set
+}
+
+impl Block {
+    /// Makes the block empty.
+    pub fn clear(&mut self) {
+        self.delete = false;
+        self.percent = false;
+        self.call = None;
+        self.words.clear();
+        self.present = 0;
+    }
+
+    /// Whether nothing on the line asks for anything: blank, or a comment.
+    pub fn is_empty(&self) -> bool {
+        self.words.is_empty() && self.call.is_none() && !self.percent
+    }
+
+    /// All words in the order of the line.
+    pub fn words(&self) -> &[Word] {
+        &self.words
+    }
+
+    /// The letters that occur, as a set: see [`letter_bit`].
+    pub fn letters(&self) -> u32 {
+        self.present
+    }
+
+    /// Whether a letter occurs.
+    pub fn has(&self, letter: u8) -> bool {
+        self.present & letter_bit(letter) != 0
+    }
+
+    /// The first word of an upper-case letter.
+    pub fn word(&self, letter: u8) -> Option<&Word> {
+        if !self.has(letter) {
+            return None;
+        }
+        self.words.get(usize::from(self.places[usize::from(letter - b'A')]))
+    }
+
+    /// The first word whose letter is in a set.
+    pub fn first_of(&self, letters: u32) -> Option<&Word> {
+        self.words.iter().find(|word| letters & letter_bit(word.letter) != 0)
+    }
+
+    /// From the first word to the last, as bytes of the line.
+    pub fn extent(&self) -> (u32, u32) {
+        let words = (self.words.first().map(|w| w.start), self.words.last().map(|w| w.end));
+        let call = (self.call.map(|call| call.start), self.call.map(|call| call.end));
+        let start = [words.0, call.0].into_iter().flatten().min();
+        let end = [words.1, call.1].into_iter().flatten().max();
+        (start.unwrap_or(0), end.unwrap_or(1))
+    }
+
+    /// Adds a word. Gives it back if its letter, other than G and M, stands there already.
+    pub(super) fn push(&mut self, word: Word) -> Result<(), Word> {
+        let bit = letter_bit(word.letter);
+        if self.present & bit == 0 {
+            self.present |= bit;
+            // A line of 64 KiB holds at most 32 Ki words.
+            self.places[usize::from(word.letter - b'A')] = self.words.len() as u16;
+        } else if word.letter != b'G' && word.letter != b'M' {
+            return Err(word);
+        }
+        self.words.push(word);
+        Ok(())
+    }
+}
+
+/// The canonical form of the line.
+impl fmt::Display for Block {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.percent {
+            return f.write_str("%");
+        }
+        if self.delete {
+            f.write_str("/")?;
+        }
+        let mut separator = "";
+        if let Some(call) = &self.call {
+            f.write_str("GR")?;
+            call.number.map_or(Ok(()), |number| write!(f, "{number}"))?;
+            separator = " ";
+        }
+        for word in &self.words {
+            write!(f, "{separator}{word}")?;
+            separator = " ";
+        }
+        Ok(())
+    }
+}

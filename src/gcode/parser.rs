@@ -1,0 +1,400 @@
+//! One line → one block.
+//!
+//! The first byte of each item decides what it is; an item that is wrong is reported and, where
+//! the next one can be found, read over, so that one pass finds every fault of the line.
+
+use nom::Parser;
+use nom::bytes::complete::{tag, take_till};
+use nom::combinator::opt;
+use nom::sequence::delimited;
+
+use super::block::{Block, Call, Word};
+use super::fault::Fault;
+use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
+use super::rules;
+
+/// Reads a line into a block, and what is wrong with it into `faults`.
+///
+/// Whoever goes on with a block that has faults has all words that could be read.
+pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
+    block.clear();
+    let faults_before = faults.len();
+    let mut parser = Parsing { line, rest: line, block, faults, words_end: None };
+    while let Some(&byte) = parser.rest.first() {
+        if parser.item(byte).is_none() {
+            break;
+        }
+    }
+    if faults.len() > faults_before {
+        // Of a line that is no text nothing else is worth saying.
+        if let Some(at) = line.iter().position(|byte| is_control(*byte)) {
+            block.clear();
+            faults.truncate(faults_before);
+            faults.push(not_text(line, at));
+        }
+    }
+}
+
+/// How far into a line its parser is. `None` from a method: the rest of the line is given up.
+struct Parsing<'a> {
+    line: &'a [u8],
+    rest: &'a [u8],
+    block: &'a mut Block,
+    faults: &'a mut Vec<Fault>,
+    /// What has ended the words of the line (`*` or `%`), after which only comments may stand.
+    words_end: Option<u8>,
+}
+
+impl<'a> Parsing<'a> {
+    fn item(&mut self, byte: u8) -> Option<()> {
+        match byte {
+            b'A'..=b'Z' | b'a'..=b'z' | b':' if self.words_end.is_none() => self.word(byte),
+            b' ' | b'\t' => {
+                self.rest = blanks(self.rest).ok()?.0;
+                Some(())
+            }
+            b'(' => self.comment(),
+            b';' => self.line_comment(),
+            b'*' if self.words_end.is_none() => self.end_words(byte),
+            b'%' if self.block.is_empty() && self.words_end.is_none() => {
+                self.block.percent = true;
+                self.end_words(byte)
+            }
+            b'/' if self.block.is_empty() && !self.block.delete => {
+                self.block.delete = true;
+                self.step(1);
+                Some(())
+            }
+            _ => self.stray(byte),
+        }
+    }
+
+    fn at(&self) -> u32 {
+        (self.line.len() - self.rest.len()) as u32
+    }
+
+    fn step(&mut self, count: usize) {
+        self.rest = self.rest.get(count..).unwrap_or_default();
+    }
+
+    fn end_words(&mut self, by: u8) -> Option<()> {
+        self.words_end = Some(by);
+        self.step(1);
+        Some(())
+    }
+
+    fn word(&mut self, byte: u8) -> Option<()> {
+        let start = self.at();
+        let letter = if byte == b':' { b'O' } else { byte.to_ascii_uppercase() };
+        self.step(1);
+        if letter == b'G' {
+            let (rest, r) = opt((blanks, tag_r)).parse(self.rest).ok()?;
+            if r.is_some() {
+                self.rest = rest;
+                return self.call(start);
+            }
+        }
+        let value = match self.number() {
+            Ok(value) => value,
+            Err(error) => return self.no_number(letter, start, error),
+        };
+        let word = Word { letter, value, start, end: self.at() };
+        if letter == b'O' && self.keyword_follows() {
+            return self.control(start);
+        }
+        if let Err(word) = self.block.push(word) {
+            let message = format!("{} stands twice in this block", char::from(letter));
+            let help = "leave one of them out, or put it into a block of its own";
+            self.faults.push(Fault::word(&rules::REPEATED_WORD, &word, message).help(help));
+        }
+        Some(())
+    }
+
+    fn number(&mut self) -> Result<f64, SyntaxError> {
+        match number(self.rest) {
+            Ok((rest, value)) => {
+                self.rest = rest;
+                Ok(value)
+            }
+            Err(nom::Err::Error(error) | nom::Err::Failure(error)) => Err(error),
+            Err(nom::Err::Incomplete(_)) => Err(SyntaxError::Other),
+        }
+    }
+
+    fn call(&mut self, start: u32) -> Option<()> {
+        let number = match self.number() {
+            Ok(value) => Some(value),
+            Err(SyntaxError::TooLarge) => {
+                return self.no_number(b'R', start, SyntaxError::TooLarge);
+            }
+            Err(SyntaxError::NoNumber | SyntaxError::Other) => None,
+        };
+        let call = Call { number, start, end: self.at() };
+        if self.block.call.is_some() {
+            let message = "a second subroutine call in one block";
+            self.faults.push(Fault::call(&rules::CALL_ALONE, &call, message));
+        }
+        self.block.call = Some(call);
+        Some(())
+    }
+
+    /// Reports a letter that no number follows.
+    fn no_number(&mut self, letter: u8, start: u32, error: SyntaxError) -> Option<()> {
+        let letter = char::from(letter);
+        let after_blanks = self.rest.iter().position(|byte| !is_blank(*byte));
+        let next = after_blanks.and_then(|at| self.rest.get(at).copied());
+        let end = self.at();
+        let fault = match (error, next) {
+            (SyntaxError::TooLarge, _) => {
+                let message = format!("the number of this {letter} word is beyond {NUMBER_MAX}");
+                self.faults.push(Fault::new(&rules::BAD_NUMBER, start, end, message));
+                return None;
+            }
+            (_, Some(b'#' | b'[')) => Fault::new(
+                &rules::UNSUPPORTED_WORD,
+                start,
+                self.line.len() as u32,
+                "parameters (#) and expressions ([...]) are not supported",
+            )
+            .help(format!("write the value of {letter} as a number")),
+            (_, Some(b'-' | b'+' | b'.' | b'0'..=b'9')) => {
+                let message = format!("{letter} is followed by something that is no number");
+                Fault::new(&rules::BAD_NUMBER, start, end + 1, message)
+            }
+            _ => {
+                let message = format!("{letter} is not followed by a number");
+                self.faults.push(Fault::new(&rules::MISSING_NUMBER, start, end, message));
+                return Some(());
+            }
+        };
+        self.faults.push(fault);
+        None
+    }
+
+    /// Whether two letters follow, as in `O100 sub`: words have one.
+    fn keyword_follows(&self) -> bool {
+        let mut bytes = self.rest.iter().copied().skip_while(|byte| is_blank(*byte));
+        let letters = (bytes.next(), bytes.next());
+        matches!(letters, (Some(a), Some(b)) if a.is_ascii_alphabetic() && b.is_ascii_alphabetic())
+            && !matches!(letters, (Some(b'g' | b'G'), Some(b'r' | b'R')))
+    }
+
+    fn control(&mut self, start: u32) -> Option<()> {
+        let end = self.line.len() as u32;
+        let message = "O words with sub, call, if, while and the like are not supported";
+        let help = "a subprogram is `O100` up to `M99`; call it by `GR100`";
+        self.faults.push(Fault::new(&rules::UNSUPPORTED_WORD, start, end, message).help(help));
+        None
+    }
+
+    fn comment(&mut self) -> Option<()> {
+        let start = self.at();
+        let closed =
+            delimited(tag("("), take_till(|byte| byte == b')'), tag::<_, _, SyntaxError>(")"))
+                .parse(self.rest);
+        match closed {
+            Ok((rest, text)) => {
+                self.rest = rest;
+                self.text_only(text, start + 1)
+            }
+            Err(_) => {
+                let text = self.rest;
+                self.text_only(text, start)?;
+                let end = self.line.len() as u32;
+                let fault = Fault::new(&rules::OPEN_COMMENT, start, end, "this comment has no end");
+                self.faults.push(fault.help("close it by ) on the same line"));
+                None
+            }
+        }
+    }
+
+    fn line_comment(&mut self) -> Option<()> {
+        let (text, start) = (self.rest, self.at());
+        self.rest = &[];
+        self.text_only(text, start)
+    }
+
+    /// Reports a control character in a comment that begins at byte `start`.
+    fn text_only(&mut self, text: &'a [u8], start: u32) -> Option<()> {
+        match text.iter().position(|byte| is_control(*byte)) {
+            None => Some(()),
+            Some(at) => {
+                self.faults.push(not_text(self.line, start as usize + at));
+                None
+            }
+        }
+    }
+
+    /// Reports a byte at which no item can begin.
+    fn stray(&mut self, byte: u8) -> Option<()> {
+        let at = self.at();
+        let to_end = self.line.len() as u32;
+        if is_control(byte) {
+            self.faults.push(not_text(self.line, at as usize));
+            return None;
+        }
+        let fault = match byte {
+            b'#' | b'[' | b']' | b'=' | b'<' => Fault::new(
+                &rules::UNSUPPORTED_WORD,
+                at,
+                to_end,
+                "parameters (#) and expressions ([...]) are not supported",
+            )
+            .help("write the values as numbers"),
+            b'$' => Fault::new(
+                &rules::UNSUPPORTED_WORD,
+                at,
+                to_end,
+                "lines that begin with $ are commands of a sender, not of a program",
+            )
+            .help("leave the line out"),
+            b'0'..=b'9' | b'.' | b'-' | b'+' => {
+                let end = self.rest.iter().take_while(|byte| b"0123456789.+-".contains(byte));
+                let end = at + end.count() as u32;
+                Fault::new(&rules::BAD_NUMBER, at, end, "this number belongs to no letter")
+                    .help("write one letter and one number a word, as X1.5")
+            }
+            b')' => Fault::new(&rules::BAD_CHARACTER, at, at + 1, "a ) without a (")
+                .help("comments do not nest: the first ) ends them"),
+            b'A'..=b'Z' | b'a'..=b'z' | b':' => {
+                let after =
+                    if self.words_end == Some(b'%') { "%" } else { "the * that ends a block" };
+                Fault::new(&rules::BAD_CHARACTER, at, to_end, format!("words after {after}"))
+                    .help("put them on a line of their own")
+            }
+            _ => {
+                let count = self.rest.iter().take_while(|byte| **byte >= 0x80).count().max(1);
+                let bytes = &self.rest[..count];
+                let shown = String::from_utf8_lossy(bytes);
+                let message = format!("{shown:?} belongs to no word");
+                Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message)
+                    .help("comments stand in ( ) or after ;")
+            }
+        };
+        self.faults.push(fault);
+        None
+    }
+}
+
+/// A byte that no text holds.
+fn not_text(line: &[u8], at: usize) -> Fault {
+    let byte = line.get(at).copied().unwrap_or_default();
+    let message = format!("byte 0x{byte:02X} is no text: this is no NC program");
+    let is_utf16 = line.starts_with(b"\xff\xfe") || line.starts_with(b"\xfe\xff");
+    let help = if is_utf16 {
+        "this looks like UTF-16: save the program as plain text (ASCII or UTF-8)"
+    } else {
+        "hand in the program as plain text (ASCII or UTF-8)"
+    };
+    Fault::new(&rules::NOT_TEXT, at as u32, at as u32 + 1, message).help(help)
+}
+
+/// The R of `GR`, in either case.
+fn tag_r(input: &[u8]) -> Parsed<'_, &[u8]> {
+    nom::bytes::complete::tag_no_case("R").parse(input)
+}
+
+/// Bytes that no text holds. The tab is a blank; line ends never get here.
+fn is_control(byte: u8) -> bool {
+    (byte < 0x20 && byte != b'\t') || byte == 0x7f
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn read(line: &[u8]) -> (Block, Vec<&'static str>) {
+        let (mut block, mut faults) = (Block::default(), Vec::new());
+        parse(line, &mut block, &mut faults);
+        (block, faults.iter().map(|fault| fault.rule.name).collect())
+    }
+
+    fn check(line: &str, canonical: &str, faults: &[&str]) {
+        let (block, found) = read(line.as_bytes());
+        assert_eq!((block.to_string().as_str(), found.as_slice()), (canonical, faults), "{line}");
+    }
+
+    #[test]
+    fn lines_become_words() {
+        check("", "", &[]);
+        check("N001 G00 X2.0 Y0.0 F1000 *", "N1 G0 X2 Y0 F1000", &[]);
+        check("n10g1x1y-.5;end", "N10 G1 X1 Y-0.5", &[]);
+        check("g 0 x +0. 12 34 y 7", "G0 X0.1234 Y7", &[]);
+        check("(a) G1 (b;c) X1 (d)", "G1 X1", &[]);
+        check("/ N5 G4 P.5", "/N5 G4 P0.5", &[]);
+        check(":1000", "O1000", &[]);
+        check("O0008 (Test program)", "O8", &[]);
+        check("% ; tape", "%", &[]);
+        check("GR100", "GR100", &[]);
+        check("N7 g r P100 L2", "GR N7 P100 L2", &[]);
+        check("O5 GR100", "GR100 O5", &[]);
+        check("G1 (\u{e4}\u{f6}) X1", "G1 X1", &[]);
+    }
+
+    #[test]
+    fn faults_are_named_and_the_rest_of_the_words_is_read() {
+        check("G1 X Y2 Z", "G1 Y2", &["missing-number", "missing-number"]);
+        check("X1 X2 Y3", "X1 Y3", &["repeated-word"]);
+        check("X1.2.3", "X1.2", &["bad-number"]);
+        check("X--1", "", &["bad-number"]);
+        check("X9999999999", "", &["bad-number"]);
+        check("G1 (open", "G1", &["open-comment"]);
+        check("G1 (a(b)c) X1", "G1", &["missing-number", "bad-character"]);
+        check("G1 *X1", "G1", &["bad-character"]);
+        check("% G1", "%", &["bad-character"]);
+        check("G1 X#5", "G1", &["unsupported-word"]);
+        check("#1=5", "", &["unsupported-word"]);
+        check("$H", "", &["unsupported-word"]);
+        check("o100 sub", "", &["unsupported-word"]);
+        check("G1 \u{e9}", "G1", &["bad-character"]);
+        check("G1 \u{0}", "", &["not-text"]);
+        check("!? X Y \u{7f}", "", &["not-text"]);
+        check("(\u{1})", "", &["not-text"]);
+        check("1 2", "", &["bad-number"]);
+        check("G1 / X1", "G1", &["bad-character"]);
+    }
+
+    #[test]
+    fn words_know_their_place() {
+        let (block, _) = read(b"  G1 x 1 5 Y2");
+        let places: Vec<_> = block.words().iter().map(|word| (word.start, word.end)).collect();
+        assert_eq!(places, [(2, 4), (5, 10), (11, 13)]);
+    }
+
+    fn any_number() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            (-1_000_000_i32..1_000_000, 0_u8..7)
+                .prop_map(|(mantissa, decimals)| f64::from(mantissa) / 10_f64.powi(decimals.into())),
+            -1e9..1e9_f64,
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn a_printed_block_reads_back(
+            words in proptest::collection::vec(("[A-Z]", any_number()), 0..12),
+            delete: bool,
+        ) {
+            let mut line = String::from(if delete { "/" } else { "" });
+            for (letter, value) in words {
+                line += &format!("{letter}{value} ");
+            }
+            let (block, _) = read(line.as_bytes());
+            let (again, faults) = read(block.to_string().as_bytes());
+            prop_assert_eq!(faults.len(), 0);
+            prop_assert_eq!(block, again);
+        }
+
+        #[test]
+        fn no_bytes_panic(line in proptest::collection::vec(any::<u8>(), 0..200)) {
+            read(&line);
+        }
+
+        #[test]
+        fn no_text_panics(line in "[GXYMORgr0-9.#%*/(); \\[\\]é-]{0,60}") {
+            read(line.as_bytes());
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! The rules that a program can break: name, severity and one sentence each. `samples/bad/` holds
+//! a program for every one of them.
+
+use crate::base::{Axis, Severity};
+
+/// A rule that a program can break.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Rule {
+    /// Its name, as shown and as `samples/bad/` names its file.
+    pub name: &'static str,
+    /// How bad it is to break it.
+    pub severity: Severity,
+    /// What is wrong with a program that breaks it.
+    pub meaning: &'static str,
+}
+
+macro_rules! rules {
+    ($($id:ident $severity:ident $name:literal $meaning:literal;)*) => {
+        $(
+            #[doc = $meaning]
+            pub static $id: Rule =
+                Rule { name: $name, severity: Severity::$severity, meaning: $meaning };
+        )*
+        static LISTED: &[&Rule] = &[$(&$id),*];
+    };
+}
+
+rules! {
+    NOT_TEXT Error "not-text" "The file holds bytes that no NC program has: it is something else.";
+    LINE_TOO_LONG Error "line-too-long" "A line is longer than 64 KiB.";
+    BAD_CHARACTER Error "bad-character" "A character that belongs to no word and no comment.";
+    OPEN_COMMENT Error "open-comment" "A comment begins with ( and has no ) on its line.";
+    MISSING_NUMBER Error "missing-number" "A letter is not followed by a number.";
+    BAD_NUMBER Error "bad-number" "A number that cannot be read, or that is too large.";
+    REPEATED_WORD Error "repeated-word" "A letter that may stand once in a block stands there twice.";
+    UNKNOWN_WORD Error "unknown-word" "A word that means nothing in any dialect known here.";
+    UNSUPPORTED_WORD Error "unsupported-word" "A word that means something elsewhere and is not supported here.";
+    MODAL_CONFLICT Error "modal-conflict" "Two words of one modal group stand in one block.";
+    UNUSED_WORD Error "unused-word" "A word that nothing in its block makes use of.";
+    MISSING_WORD Error "missing-word" "A code lacks a word that it needs.";
+    BAD_VALUE Error "bad-value" "A word has a value that it cannot have.";
+    NO_MOTION_MODE Error "no-motion-mode" "Axis words where no motion code is in force.";
+    NO_FEED Error "no-feed" "G1, G2 or G3 where no feed has been given.";
+    MISSING_AXIS Error "missing-axis" "A word moves an axis that the machine does not have.";
+    MACHINE_COORDINATES Error "machine-coordinates" "G53 stands in a block without a G0 or G1 movement.";
+    ARC_CENTER Error "arc-center" "An arc has neither a centre nor a radius, or both.";
+    ARC_RADIUS Error "arc-radius" "The two ends of an arc lie at different distances from its centre.";
+    ARC_RADIUS_DOUBTFUL Warning "arc-radius-doubtful" "The radii of an arc's ends differ more than rounding explains, within the machine's tolerance.";
+    ARC_TOO_SMALL Error "arc-too-small" "The radius of an arc is zero, or too small to reach from its start to its end.";
+    ARC_CLOSED Error "arc-closed" "A full circle is asked for by its radius, which leaves its centre open.";
+    SPINDLE_SPEED Warning "spindle-speed" "A spindle speed beyond the machine's greatest.";
+    FEED_UNITS Warning "feed-units" "A block sets the feed and changes the units, which controls take in different orders.";
+    BLOCK_DELETE Warning "block-delete" "Lines that begin with / are executed: block delete is off.";
+    CALL_ALONE Error "call-alone" "Other words stand beside a subroutine call.";
+    UNKNOWN_SUBPROGRAM Error "unknown-subprogram" "A call of a subprogram that the file does not hold.";
+    DUPLICATE_PROGRAM Error "duplicate-program" "Two programs of one file have the same number.";
+    MISSING_RETURN Error "missing-return" "A subprogram ends without M99.";
+    RECURSION Error "recursion" "A subprogram calls itself, directly or through others.";
+    CALL_DEPTH Error "call-depth" "Calls within calls, deeper than 10.";
+    CALL_COUNT Error "call-count" "More than a million subroutine calls in one run.";
+    SUBPROGRAM_SIZE Error "subprogram-size" "The subprograms that are called hold more than 50000 blocks.";
+    EMPTY_PROGRAM Error "empty-program" "The file holds no block.";
+    MISSING_END Warning "missing-end" "The program's text ends without M2, M30 or a closing %.";
+    AFTER_END Warning "after-end" "Blocks after the program's end, outside of any subprogram, are never executed.";
+}
+
+macro_rules! limits {
+    ($($axis:ident $min:literal $max:literal;)*) => {
+        /// The rules of travel: for each axis, below its least and above its greatest position.
+        pub static LIMITS: [[Rule; 2]; 9] = [$([
+            Rule {
+                name: $min,
+                severity: Severity::Error,
+                meaning: concat!(stringify!($axis), " moves below its least machine position."),
+            },
+            Rule {
+                name: $max,
+                severity: Severity::Error,
+                meaning: concat!(stringify!($axis), " moves above its greatest machine position."),
+            },
+        ]),*];
+    };
+}
+
+limits! {
+    X "limit-x-min" "limit-x-max";
+    Y "limit-y-min" "limit-y-max";
+    Z "limit-z-min" "limit-z-max";
+    A "limit-a-min" "limit-a-max";
+    B "limit-b-min" "limit-b-max";
+    C "limit-c-min" "limit-c-max";
+    U "limit-u-min" "limit-u-max";
+    V "limit-v-min" "limit-v-max";
+    W "limit-w-min" "limit-w-max";
+}
+
+/// The rules of an axis's travel: below its least, and above its greatest position.
+pub fn limits(axis: Axis) -> &'static [Rule; 2] {
+    &LIMITS[axis as usize]
+}
+
+/// Every rule.
+pub fn all() -> impl Iterator<Item = &'static Rule> {
+    LISTED.iter().copied().chain(LIMITS.iter().flatten())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_distinct_and_limits_are_those_of_their_axis() {
+        let names: std::collections::BTreeSet<_> = all().map(|rule| rule.name).collect();
+        assert_eq!(names.len(), all().count());
+        for axis in Axis::ALL {
+            let letter = axis.letter().to_ascii_lowercase();
+            assert_eq!(limits(axis)[0].name, format!("limit-{letter}-min"));
+            assert_eq!(limits(axis)[1].name, format!("limit-{letter}-max"));
+        }
+    }
+}

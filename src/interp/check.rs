@@ -1,0 +1,156 @@
+//! The first pass: a program is run whole, and all that is wrong with it is found.
+
+use std::io::{self, Read};
+
+use sha2::{Digest, Sha256};
+
+use crate::base::{AxisMap, AxisSet, Diagnostic, Machine, Point, Source};
+use crate::gcode::{Block, Fault, rules};
+
+use super::Options;
+use super::findings::Place;
+use super::motion::Motion;
+use super::program::{parse_line, program_number};
+use super::run::{End, Run};
+use super::travel::Travel;
+
+/// What a program amounts to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// Physical lines of the text that were read.
+    pub lines: u64,
+    /// Blocks executed, those of subprograms as often as they ran.
+    pub blocks: u64,
+    /// Moves, those to where the machine stands included.
+    pub moves: u64,
+    /// Events: M, S and T functions and dwells.
+    pub events: u64,
+    /// Where the job starts, in machine coordinates.
+    pub start_mm: Point,
+    /// Where it ends.
+    pub end_mm: Point,
+    /// Least and greatest position of each of the machine's axes; none where nothing moves.
+    pub extents_mm: AxisMap<Option<[f64; 2]>>,
+    /// Axes that some word of the program addresses.
+    pub axes_used: AxisSet,
+}
+
+/// A checked program.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// What is wrong, by line: at most so many errors and so many warnings as asked for.
+    pub diagnostics: Vec<Diagnostic>,
+    /// All errors there are.
+    pub errors: u64,
+    /// All warnings there are.
+    pub warnings: u64,
+    /// SHA-256 of the text.
+    pub sha256: [u8; 32],
+    /// What the program amounts to.
+    pub summary: Summary,
+}
+
+/// Runs a program whole, in constant memory, and finds all that is wrong with it.
+///
+/// # Errors
+/// When the text cannot be read. What is wrong with the program is no error here: see
+/// [`Checked::diagnostics`].
+pub fn check(
+    source: &Source,
+    machine: &Machine,
+    options: &Options,
+    max_diagnostics: usize,
+) -> io::Result<Checked> {
+    let mut run = Run::new(source, machine, options, max_diagnostics);
+    run.travel = Some(Travel::new(machine, options.ignore_travel));
+    let mut summary = Summary { start_mm: run.executor.position_mm(), ..Summary::default() };
+    let mut motions = Vec::new();
+    while run.step(&mut motions)? {
+        for motion in motions.drain(..) {
+            match motion {
+                Motion::Move(_) => summary.moves += 1,
+                Motion::Event(_) => summary.events += 1,
+            }
+        }
+    }
+    check_rest(&mut run)?;
+    if run.blocks == 0 && run.findings.errors == 0 {
+        let place = Place { line: run.lines.number().max(1), text: b"", calls: &[] };
+        let fault = Fault::new(&rules::EMPTY_PROGRAM, 0, 1, "there is no block in this file");
+        run.findings.add(fault, place);
+    }
+    if let Some(travel) = run.travel.take() {
+        travel.report(&mut run.findings);
+        summary.extents_mm = travel.extents_mm(machine);
+    }
+    summary.lines = u64::from(run.lines.number());
+    summary.blocks = run.blocks;
+    summary.end_mm = run.executor.position_mm();
+    summary.axes_used = run.executor.axes_used;
+    let mut diagnostics = run.findings.list;
+    diagnostics.sort_by_key(|diagnostic| (diagnostic.span.line, diagnostic.span.start));
+    Ok(Checked {
+        diagnostics,
+        errors: run.findings.errors,
+        warnings: run.findings.warnings,
+        sha256: sha256(source)?,
+        summary,
+    })
+}
+
+/// Checks the words of what follows the main program: subprograms that are never called have
+/// faults too, and blocks outside of any are never run.
+fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
+    let mut in_program = matches!(run.end, End::NextProgram | End::GivenUp);
+    // Faults of subprograms that were called have been reported when they were read.
+    let mut reported = run.end == End::NextProgram
+        && program_number(&run.block).is_some_and(|(number, _)| run.library.has_read(number));
+    let mut after_end_said = false;
+    let mut block = Block::default();
+    let mut faults = Vec::new();
+    while run.end != End::NotText {
+        let Some(line) = run.lines.next_line()? else { return Ok(()) };
+        parse_line(&line, &mut block, &mut faults);
+        let place = Place { line: line.number, text: line.bytes, calls: &[] };
+        let is_blank = block.is_empty() && faults.is_empty();
+        if run.end == End::Text {
+            faults.clear();
+        } else if faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
+            run.end = End::NotText;
+        } else if run.tape.ends_at(&block) {
+            run.end = End::Text;
+            in_program = false;
+        } else if let Some((number, _)) = program_number(&block) {
+            in_program = true;
+            reported = run.library.has_read(number);
+        }
+        if in_program {
+            run.executor.check_codes(&block, &mut faults);
+        } else if !is_blank && !block.percent && !after_end_said {
+            after_end_said = true;
+            let message = "this and what follows stands after the program's end: it is not run";
+            let fault = Fault::block(&rules::AFTER_END, &block, message);
+            run.findings.add(fault.help("write M30 after it, or take it out"), place);
+        }
+        if reported {
+            faults.clear();
+        }
+        run.findings.take(&mut faults, place);
+    }
+    Ok(())
+}
+
+fn sha256(source: &Source) -> io::Result<[u8; 32]> {
+    let mut hash = Sha256::new();
+    let mut reader = source.reader(0);
+    let mut chunk = vec![0; 256 * 1024];
+    loop {
+        let count = match reader.read(&mut chunk) {
+            Ok(0) => return Ok(hash.finalize().into()),
+            Ok(count) => count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        hash.update(&chunk[..count]);
+    }
+}

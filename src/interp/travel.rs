@@ -1,0 +1,169 @@
+//! How far a program reaches, and whether the machine does.
+//!
+//! A program that leaves the travel usually does so in many blocks: each axis and side is reported
+//! once, at the block that goes furthest, with the count.
+
+use crate::base::{Axis, AxisMap, Machine, Point};
+use crate::gcode::{Block, Fault, rules};
+
+use super::arc::bounds_mm;
+use super::findings::{Findings, Place};
+use super::motion::{Move, MoveKind};
+
+/// What rounding may add to a position: far below a step, far above the error of a sum.
+const ROUNDING_MM: f64 = 1e-6;
+
+/// The extents of all moves so far, and where they leave the travel.
+#[derive(Debug)]
+pub(super) struct Travel {
+    limits_mm: AxisMap<Option<[f64; 2]>>,
+    extents_mm: AxisMap<[f64; 2]>,
+    breaches: Vec<Breach>,
+    any: bool,
+}
+
+/// One axis beyond one end of its travel.
+#[derive(Debug)]
+struct Breach {
+    axis: Axis,
+    above: bool,
+    reach_mm: f64,
+    blocks: u64,
+    first_line: u32,
+    last_line: u32,
+    line: u32,
+    text: Vec<u8>,
+    calls: Vec<u32>,
+    span: (u32, u32),
+}
+
+impl Travel {
+    pub fn new(machine: &Machine, ignore_limits: bool) -> Travel {
+        let limit = |axis| machine.axis(axis).and_then(|profile| profile.travel_mm);
+        Travel {
+            limits_mm: AxisMap::from_fn(|axis| if ignore_limits { None } else { limit(axis) }),
+            extents_mm: AxisMap::from_fn(|_| [f64::INFINITY, f64::NEG_INFINITY]),
+            breaches: Vec::new(),
+            any: false,
+        }
+    }
+
+    /// Takes a move. `judge` tells whether its positions are known well enough to hold them
+    /// against the travel.
+    pub fn add(&mut self, step: &Move, block: &Block, place: Place<'_>, judge: bool) {
+        if !self.any {
+            self.any = true;
+            self.point(&step.from, block, place, judge);
+        }
+        self.point(&step.to, block, place, judge);
+        if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
+            let axes = plane.axes();
+            let ends = [step.from, step.to].map(|point| axes.map(|axis| point[axis]));
+            let bounds = bounds_mm(ends[0], ends[1], center_mm, ccw, turns);
+            for (axis, reach) in axes.into_iter().zip(bounds) {
+                self.reach(axis, reach, block, place, judge);
+            }
+        }
+    }
+
+    fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, judge: bool) {
+        for axis in Axis::ALL {
+            self.reach(axis, [point[axis]; 2], block, place, judge);
+        }
+    }
+
+    #[inline]
+    fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, judge: bool) {
+        let extent = &mut self.extents_mm[axis];
+        *extent = [extent[0].min(at[0]), extent[1].max(at[1])];
+        let Some([least, greatest]) = self.limits_mm[axis] else { return };
+        if judge && (at[0] < least - ROUNDING_MM || at[1] > greatest + ROUNDING_MM) {
+            if at[0] < least - ROUNDING_MM {
+                self.breach(axis, false, at[0], block, place);
+            }
+            if at[1] > greatest + ROUNDING_MM {
+                self.breach(axis, true, at[1], block, place);
+            }
+        }
+    }
+
+    #[cold]
+    fn breach(&mut self, axis: Axis, above: bool, reach_mm: f64, block: &Block, place: Place<'_>) {
+        let known = self.breaches.iter_mut().find(|b| b.axis == axis && b.above == above);
+        let breach = match known {
+            Some(breach) => {
+                breach.blocks += u64::from(breach.last_line != place.line);
+                breach.last_line = place.line;
+                let further =
+                    if above { reach_mm > breach.reach_mm } else { reach_mm < breach.reach_mm };
+                if !further {
+                    return;
+                }
+                breach
+            }
+            None => {
+                self.breaches.push(Breach {
+                    axis,
+                    above,
+                    reach_mm,
+                    blocks: 1,
+                    first_line: place.line,
+                    last_line: place.line,
+                    line: 0,
+                    text: Vec::new(),
+                    calls: Vec::new(),
+                    span: (0, 0),
+                });
+                let Some(breach) = self.breaches.last_mut() else { return };
+                breach
+            }
+        };
+        breach.reach_mm = reach_mm;
+        breach.line = place.line;
+        breach.text.clear();
+        breach.text.extend_from_slice(place.text);
+        breach.calls.clear();
+        breach.calls.extend_from_slice(place.calls);
+        breach.span = match block.word(axis.letter() as u8) {
+            Some(word) => (word.start, word.end),
+            None => block.extent(),
+        };
+    }
+
+    /// Reports every breach of the travel.
+    pub fn report(&self, findings: &mut Findings) {
+        for breach in &self.breaches {
+            let Some([least, greatest]) = self.limits_mm[breach.axis] else { continue };
+            let axis = breach.axis;
+            let unit = if axis.is_rotary() { "deg" } else { "mm" };
+            let (by, [below, above]) = if breach.above {
+                (breach.reach_mm - greatest, rules::limits(axis).each_ref())
+            } else {
+                (least - breach.reach_mm, rules::limits(axis).each_ref())
+            };
+            let rule = if breach.above { above } else { below };
+            let mut message = format!(
+                "{axis} reaches {:.3} {unit}, {by:.3} {unit} outside its travel of {least} to \
+                 {greatest} {unit} (machine coordinates)",
+                breach.reach_mm
+            );
+            if breach.blocks > 1 {
+                message += &format!(
+                    "; the furthest of {} blocks, the first on line {}",
+                    breach.blocks, breach.first_line
+                );
+            }
+            let fault = Fault::new(rule, breach.span.0, breach.span.1, message)
+                .help("move the job's zero or start, or take a machine with more travel");
+            let place = Place { line: breach.line, text: &breach.text, calls: &breach.calls };
+            findings.add(fault, place);
+        }
+    }
+
+    /// Least and greatest position of each axis of the machine; none where nothing moved.
+    pub fn extents_mm(&self, machine: &Machine) -> AxisMap<Option<[f64; 2]>> {
+        AxisMap::from_fn(|axis| {
+            (self.any && machine.axis(axis).is_some()).then_some(self.extents_mm[axis])
+        })
+    }
+}

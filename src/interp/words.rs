@@ -1,0 +1,96 @@
+//! Words by themselves: which can stand together, which are refused, what values they may have.
+
+use crate::gcode::codes::{Code, Op};
+use crate::gcode::{Block, Call, Fault, Word, letter_bit, rules};
+
+use super::execute::Flow;
+
+/// Whether two codes of one group may stand in one block: mist and flood.
+pub(super) fn go_together(a: &Code, b: &Code) -> bool {
+    let is_on = |code: &Code| matches!(code.op, Some(Op::MistOn | Op::FloodOn));
+    is_on(a) && is_on(b) && a != b
+}
+
+/// Two codes of one group, which cannot stand in one block.
+pub(super) fn conflict(rival: &Code, code: &Code, word: &Word) -> Fault {
+    let group = code.group.name();
+    let message = if rival == code {
+        format!("{} stands twice in this block", code.name())
+    } else {
+        format!("{} and {} are both of the {group} group", rival.name(), code.name())
+    };
+    Fault::word(&rules::MODAL_CONFLICT, word, message)
+        .help("leave one of them out, or put it into a block of its own")
+}
+
+/// A code that is known and not supported.
+pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
+    let message = format!("{} is not supported: {}", code.name(), code.meaning);
+    let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+    match (code.letter, code.tenths) {
+        (b'M', 980) => fault.help("write GR100, or GR P100 L2, for a call of O100"),
+        (b'G', 410..=421) => {
+            fault.help("let the CAM program compensate, and give the path of the tool's centre")
+        }
+        (b'G', 640) => fault.help("write G61: every block ends exactly where it says"),
+        (b'G', 550..=593) => fault.help("write G54 and coordinates from the profile's work zero"),
+        _ => fault,
+    }
+}
+
+/// A G53 that has no straight movement to go with.
+pub(super) fn machine_coordinates_alone(block: &Block, faults: &mut Vec<Fault>) {
+    let word = block.words().iter().find(|word| word.letter == b'G' && word.value == 53.0);
+    if let Some(word) = word {
+        let message = "G53 needs a straight movement in its block";
+        let fault = Fault::word(&rules::MACHINE_COORDINATES, word, message);
+        faults.push(fault.help("write it as G53 G0 and axis words"));
+    }
+}
+
+/// The value of a word that has to be a whole number from 0 to `greatest`.
+pub(super) fn whole(word: &Word, greatest: u32, faults: &mut Vec<Fault>) -> Option<u32> {
+    if word.value.fract() == 0.0 && (0.0..=f64::from(greatest)).contains(&word.value) {
+        return Some(word.value as u32);
+    }
+    let letter = char::from(word.letter);
+    let message = format!("{word}: {letter} is a whole number from 0 to {greatest}");
+    faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+    None
+}
+
+/// What a block with GR asks for.
+pub(super) fn call_flow(block: &Block, call: &Call, faults: &mut Vec<Fault>) -> Flow {
+    let own = call_letters(call.number.is_none());
+    if let Some(word) = block.first_of(!own) {
+        let message = format!("{word} stands beside a subroutine call");
+        let fault = Fault::word(&rules::CALL_ALONE, word, message);
+        faults.push(fault.help("put it into a block of its own"));
+        return Flow::Next;
+    }
+    let number = match (call.number, block.word(b'P')) {
+        (Some(value), _) => Word { letter: b'P', value, start: call.start, end: call.end },
+        (None, Some(word)) => *word,
+        (None, None) => {
+            let message = "GR does not say which subprogram to run";
+            let fault = Fault::call(&rules::MISSING_WORD, call, message);
+            faults.push(fault.help("write GR100 or GR P100 for the subprogram O100"));
+            return Flow::Next;
+        }
+    };
+    let Some(number) = whole(&number, 999_999_999, faults) else { return Flow::Next };
+    let repeats = match block.word(b'L') {
+        Some(word) => match whole(word, 1_000_000, faults) {
+            Some(repeats) => repeats,
+            None => return Flow::Next,
+        },
+        None => 1,
+    };
+    Flow::Call { number, repeats }
+}
+
+/// Letters that may stand beside GR: P only if the number does not follow GR itself.
+fn call_letters(takes_p: bool) -> u32 {
+    let letters = letter_bit(b'L') | letter_bit(b'N') | letter_bit(b'O');
+    if takes_p { letters | letter_bit(b'P') } else { letters }
+}

@@ -1,0 +1,121 @@
+//! Segment → Edge: the path in X, Y and Z as straight pieces. A line is one; of an arc or helix,
+//! chords are taken from the closed form that lie nearer to it than is ever asked for.
+
+use super::{Cause, VerifyError};
+use crate::base::{Axis, Machine, Point};
+use crate::path::{Curve, PathItem, Segment};
+
+/// A place or way in X, Y, Z.
+pub type Vector = [f64; 3];
+
+pub fn difference(to: Vector, from: Vector) -> Vector {
+    std::array::from_fn(|axis| to[axis] - from[axis])
+}
+
+pub fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// A straight piece of the path.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    pub from: Vector,
+    pub to: Vector,
+    /// NC line.
+    pub line: u32,
+    /// Feed along the path; infinite on rapids.
+    pub feed_mm_s: f64,
+    /// Length of the path up to its start.
+    pub start_mm: f64,
+    pub length_mm: f64,
+}
+
+/// The edges of a path, read as they are asked for.
+pub struct Edges<P: Iterator> {
+    path: std::iter::Fuse<P>,
+    linear: [Option<Axis>; 3],
+    sagitta_mm: f64,
+    /// The segment that is being cut, into how many chords, and how many have been given.
+    current: Option<(Segment, u64, u64)>,
+    at: Vector,
+    length_mm: f64,
+    any: bool,
+}
+
+impl<P, E> Edges<P>
+where
+    P: Iterator<Item = Result<PathItem, E>>,
+    E: Into<Cause>,
+{
+    /// `start` is where the path stands if it has no segment at all.
+    pub fn new(path: P, machine: &Machine, start: Vector, sagitta_mm: f64) -> Self {
+        let (path, linear) = (path.fuse(), linear_axes(machine));
+        Edges { path, linear, sagitta_mm, current: None, at: start, length_mm: 0.0, any: false }
+    }
+
+    /// The next edge; a path without segments is one edge without length.
+    ///
+    /// # Errors
+    /// Those of the path.
+    pub fn next(&mut self) -> Result<Option<Edge>, VerifyError> {
+        while self.current.is_none() {
+            match self.path.next() {
+                None if self.any => return Ok(None),
+                None => {
+                    self.any = true;
+                    return Ok(Some(self.edge_to(self.at, 0, f64::INFINITY)));
+                }
+                Some(Err(error)) => return Err(VerifyError::Path(error.into())),
+                Some(Ok(PathItem::Event(_))) => {}
+                Some(Ok(PathItem::Segment(segment))) => {
+                    if !self.any {
+                        self.at = vector(&segment.from_mm, &self.linear);
+                        self.any = true;
+                    }
+                    let chords = chords(&segment, self.sagitta_mm);
+                    self.current = Some((segment, chords, 0));
+                }
+            }
+        }
+        let Some((segment, chords, given)) = &mut self.current else { return Ok(None) };
+        *given += 1;
+        let to = segment.point_at(*given as f64 / *chords as f64);
+        let (line, feed) = (segment.line, segment.feed_mm_s.unwrap_or(f64::INFINITY));
+        if given == chords {
+            self.current = None;
+        }
+        let to = vector(&to, &self.linear);
+        Ok(Some(self.edge_to(to, line, feed)))
+    }
+
+    fn edge_to(&mut self, to: Vector, line: u32, feed_mm_s: f64) -> Edge {
+        let way = difference(to, self.at);
+        let length_mm = dot(way, way).sqrt();
+        let edge = Edge { from: self.at, to, line, feed_mm_s, start_mm: self.length_mm, length_mm };
+        self.at = to;
+        self.length_mm += length_mm;
+        edge
+    }
+}
+
+/// X, Y and Z as far as the machine has them.
+pub fn linear_axes(machine: &Machine) -> [Option<Axis>; 3] {
+    Axis::LINEAR.map(|axis| machine.axis(axis).map(|_| axis))
+}
+
+/// X, Y and Z of a point; zero where the machine lacks the axis.
+pub fn vector(point: &Point, linear: &[Option<Axis>; 3]) -> Vector {
+    linear.map(|axis| axis.map_or(0.0, |axis| point[axis]))
+}
+
+/// How many chords keep a segment within a sagitta: a chord over the angle d lies r·d²/8 from its
+/// arc at most; where the radius changes with the angle, by r' a radian, |2·r'| adds to r.
+fn chords(segment: &Segment, sagitta_mm: f64) -> u64 {
+    let Curve::Arc(arc) = &segment.curve else { return 1 };
+    let sweep = arc.sweep_rad.abs();
+    let inward = (arc.radius_to_mm - arc.radius_from_mm).abs();
+    let bend_mm = arc.radius_max_mm() + if sweep > 0.0 { 2.0 * inward / sweep } else { 0.0 };
+    // At least 8 a turn, however small the arc.
+    let angle_rad = (8.0 * sagitta_mm / bend_mm).sqrt().min(std::f64::consts::FRAC_PI_4);
+    ((sweep / angle_rad).ceil() as u64).max(1)
+}

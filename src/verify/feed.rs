@@ -1,0 +1,89 @@
+//! Speed along the path against F: mean speed over windows of 20 ticks, on the path that tick
+//! points were matched with. Slower is not judged; rapids have no feed.
+
+use std::collections::VecDeque;
+
+use super::Setup;
+use super::report::Place;
+use crate::base::Axis;
+
+/// Ticks of a window.
+const WINDOW_TICKS: usize = 20;
+/// What the mean speed may exceed the feed by, in parts of it.
+const EXCESS_SHARE: f64 = 0.01;
+/// What rounding may add to the way of a window.
+const ROUNDING_STEPS: f64 = 2.0;
+
+/// By how much the feed is exceeded.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct FeedError {
+    /// Greatest excess of the mean speed over the feed, rounding included; 0 if it never is.
+    pub max_percent: f64,
+    /// The window with the greatest share of the speed allowed in it; none if there is no window.
+    pub worst: Option<FeedWindow>,
+}
+
+/// A window without rapids.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeedWindow {
+    /// Mean speed in it.
+    pub speed_mm_s: f64,
+    /// The path's greatest feed in it and what is allowed above that.
+    pub allowed_mm_s: f64,
+    /// Its last tick.
+    pub at: Place,
+}
+
+/// Takes ticks one by one.
+#[derive(Debug)]
+pub struct Feed {
+    tick_s: f64,
+    rounding_mm: f64,
+    /// Along the path after each tick of the window and before its first, and the greatest feed
+    /// on the way there.
+    window: VecDeque<(f64, f64)>,
+    found: FeedError,
+}
+
+impl Feed {
+    /// Begins at rest; the path begins with this feed.
+    pub fn new(setup: &Setup, feed_mm_s: f64) -> Feed {
+        let axes = Axis::LINEAR.into_iter().filter_map(|axis| setup.machine.axis(axis));
+        let step_mm = axes.map(|axis| 1.0 / axis.steps_per_mm).fold(0.0, f64::max);
+        Feed {
+            tick_s: setup.tick_s(),
+            rounding_mm: ROUNDING_STEPS * step_mm,
+            window: VecDeque::from([(0.0, feed_mm_s)]),
+            found: FeedError::default(),
+        }
+    }
+
+    /// After a tick the machine stands so far along the path; the path's greatest feed on the
+    /// way there, 0 if there was none.
+    pub fn tick(&mut self, along_mm: f64, feed_mm_s: f64, at: Place) {
+        self.window.push_back((along_mm, feed_mm_s));
+        if self.window.len() <= WINDOW_TICKS {
+            return;
+        }
+        // A tick matched with the end of one piece may run on the next already: its feed counts.
+        let feed_mm_s = self.window.iter().map(|(_, feed)| *feed).fold(0.0, f64::max);
+        let from_mm = self.window.pop_front().map_or(0.0, |(along, _)| along);
+        if feed_mm_s <= 0.0 || feed_mm_s.is_infinite() {
+            return;
+        }
+        let time_s = WINDOW_TICKS as f64 * self.tick_s;
+        let speed_mm_s = (along_mm - from_mm) / time_s;
+        let percent = 100.0 * (speed_mm_s / feed_mm_s - 1.0);
+        self.found.max_percent = self.found.max_percent.max(percent);
+        let allowed_mm_s = feed_mm_s * (1.0 + EXCESS_SHARE) + self.rounding_mm / time_s;
+        let share = |window: FeedWindow| window.speed_mm_s / window.allowed_mm_s;
+        if self.found.worst.is_none_or(|worst| speed_mm_s / allowed_mm_s > share(worst)) {
+            self.found.worst = Some(FeedWindow { speed_mm_s, allowed_mm_s, at });
+        }
+    }
+
+    /// What was found.
+    pub fn end(self) -> FeedError {
+        self.found
+    }
+}

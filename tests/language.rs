@@ -1,0 +1,254 @@
+//! The language, held against data: good samples against their canonical motion, bad samples
+//! against what their first line expects, and what must hold for every program.
+//!
+//! `UPDATE=1 cargo test --test language` writes the canonical motion anew: read the difference.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use cnc::base::{Axis, Machine, Source};
+use cnc::gcode::rules;
+use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
+use proptest::prelude::*;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn files(folder: &str, ending: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(root().join(folder)).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|found| found == ending));
+    files.sort();
+    files
+}
+
+fn check(text: &[u8], machine: &Machine) -> Checked {
+    let source = Source::memory("test.nc", text);
+    interp::check(&source, machine, &Options::default(), 1000).unwrap()
+}
+
+fn moves(text: &str, machine: &Machine) -> Vec<Move> {
+    let source = Source::memory("test.nc", text.as_bytes());
+    interp::motions(&source, machine, &Options::default())
+        .filter_map(|motion| match motion.unwrap() {
+            Motion::Move(step) => Some(step),
+            Motion::Event(_) => None,
+        })
+        .collect()
+}
+
+fn ideal() -> Machine {
+    Machine::load("ideal").unwrap()
+}
+
+/// Rules that a program breaks, as `rule line:column`.
+fn findings(text: &str) -> Vec<String> {
+    let checked = check(text.as_bytes(), &Machine::load("starmill").unwrap());
+    let show = |found: &cnc::base::Diagnostic| {
+        format!("{} {}:{}", found.rule, found.span.line, found.column())
+    };
+    checked.diagnostics.iter().map(show).collect()
+}
+
+#[test]
+fn good_samples_mean_what_they_meant() {
+    let golden = files("tests/language", "jsonl");
+    assert!(!golden.is_empty());
+    for expected in golden {
+        let name = expected.file_stem().unwrap().to_str().unwrap();
+        let sample = root().join("samples/good").join(name).with_extension("nc");
+        let mut command = Command::cargo_bin("cnc").unwrap();
+        command.args(["interpret", "--json", "--machine", "starmill"]).arg(&sample);
+        let output = command.assert().success().get_output().stdout.clone();
+        let output = String::from_utf8(output).unwrap();
+        if std::env::var_os("UPDATE").is_some() {
+            fs::write(&expected, &output).unwrap();
+        }
+        assert_eq!(output, fs::read_to_string(&expected).unwrap(), "{name}");
+    }
+}
+
+#[test]
+fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
+    let samples = files("samples/bad", "nc");
+    let names: Vec<_> =
+        samples.iter().map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect();
+    for rule in rules::all() {
+        assert!(names.iter().any(|name| name == rule.name), "samples/bad/{}.nc", rule.name);
+    }
+    for (path, name) in samples.iter().zip(&names) {
+        let text = fs::read(path).unwrap();
+        let first = String::from_utf8_lossy(text.split(|byte| *byte == b'\n').next().unwrap());
+        let expected = first.strip_prefix("(expect: ").and_then(|rest| rest.split(')').next());
+        let expected = expected.unwrap_or_else(|| panic!("{name}: no expectation"));
+        let (expected, machine) = expected.split_once(" on ").unwrap_or((expected, "starmill"));
+        let own = root().join("samples/machines").join(machine).with_extension("toml");
+        let profile = if own.exists() { own.to_str().unwrap() } else { machine };
+        let checked = check(&text, &Machine::load(profile).unwrap());
+        let found: Vec<_> = checked
+            .diagnostics
+            .iter()
+            .map(|found| format!("{} {}:{}", found.rule, found.span.line, found.column()))
+            .collect();
+        assert!(expected.starts_with(&format!("{name} ")), "{name}");
+        assert_eq!(found, [expected], "{name}");
+    }
+}
+
+#[test]
+fn one_fault_makes_no_others() {
+    for (text, expected) in [
+        // A cycle's own words, and the axis words of blocks in its force.
+        ("G81 X1 Z-3 R1 F9\nX2 Y2\nX500\nG80\nM30", &["unsupported-word 1:1"][..]),
+        // An unknown position makes no arc wrong.
+        ("G0 X#1\nG2 X10 I5 F100\nM30", &["unsupported-word 1:4"]),
+        // Offsets that are not supported leave open where everything lies.
+        ("G92 X0\nG0 X500\nM30", &["unsupported-word 1:1"]),
+        ("G42 D08\nG1 X1 F100\nX2\nM30", &["unsupported-word 1:1"]),
+        ("G1 X1\nX2\nG2 X4 I1\nF10 X1 I-1\nM30", &["no-feed 1:1", "arc-radius 4:1"]),
+        // Faults of a subprogram come once, however often it runs.
+        ("GR1 L9\nM30\nO1\nG0 X1 H3\nM99", &["unused-word 4:7"]),
+        ("GR1 L9\nM30\nO1\nG0 !\nM99", &["bad-character 4:4"]),
+        // Those of one that never runs come too.
+        (
+            "G0 X1\nM30\nO1\nG5.7\nX!\nM99",
+            &["unknown-word 4:1", "missing-number 5:1", "bad-character 5:2"],
+        ),
+        ("G0 X1\nO1\nG5.7\nM99", &["missing-end 2:1", "unknown-word 3:1"]),
+        // What stands behind the closing % is no part of the program.
+        ("%\nG0 X1\n%\nwords\u{1}", &["after-end 4:1"]),
+        ("G0 X1\n\u{0}\u{1}\u{2}\n\u{3}", &["not-text 2:1"]),
+    ] {
+        assert_eq!(findings(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn words_that_are_right_are_taken() {
+    for text in [
+        "M7 M8\nM9\nM30",
+        "G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 G97\nM2",
+        "G4 P0 G1 X1 F10\nM30",
+        "O5\nGR6\nM30\nO6\nGR7 L0\nM99\nO7\nM99",
+        "%\n:0005 (name)\nG0 X1\n%",
+        "G0 X75.0000000001\nM30",
+        "G2 I10 F100 P2\nM30",
+        "G53 G0 X0 Y0 Z0\nM30",
+    ] {
+        assert_eq!(findings(text), [""; 0], "{text}");
+    }
+}
+
+#[test]
+fn no_motion_comes_out_of_a_program_with_an_error() {
+    for text in ["G0 X1\nG5.7\n", "", "\u{0}", "garbage in\n"] {
+        let output = Command::cargo_bin("cnc")
+            .unwrap()
+            .args(["interpret", "--json", "-"])
+            .write_stdin(text)
+            .assert()
+            .code(1)
+            .get_output()
+            .stdout
+            .clone();
+        for line in String::from_utf8(output).unwrap().lines() {
+            let object: serde_json::Value = serde_json::from_str(line).unwrap();
+            assert_eq!(object["type"], "error", "{line}");
+        }
+    }
+}
+
+#[test]
+fn a_radius_arc_within_tolerance_of_half_a_circle_is_one() {
+    let found = moves("G2 X20.04 R10 F100\nM30", &ideal());
+    let MoveKind::Arc { center_mm, .. } = found[0].kind else { panic!("{:?}", found[0]) };
+    assert!((center_mm[0] - 10.02).abs() < 1e-12 && center_mm[1].abs() < 1e-12);
+}
+
+fn steps() -> impl Strategy<Value = Vec<[i32; 3]>> {
+    proptest::collection::vec(proptest::array::uniform3(-50_000..50_000_i32), 1..30)
+}
+
+fn close(a: &[Move], b: &[Move]) -> bool {
+    a.len() == b.len()
+        && a.iter().zip(b).all(|(a, b)| {
+            Axis::LINEAR.into_iter().all(|axis| (a.to[axis] - b.to[axis]).abs() < 1e-9)
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn absolute_and_incremental_words_lead_to_the_same_places(steps in steps()) {
+        let (mut absolute, mut incremental) = (String::from("G90 G0\n"), String::from("G91 G0\n"));
+        let mut at = [0; 3];
+        for step in &steps {
+            for (i, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
+                at[i] += step[i];
+                absolute += &format!("{letter}{}", f64::from(at[i]) / 1000.0);
+                incremental += &format!("{letter}{}", f64::from(step[i]) / 1000.0);
+            }
+            absolute.push('\n');
+            incremental.push('\n');
+        }
+        prop_assert!(close(&moves(&absolute, &ideal()), &moves(&incremental, &ideal())));
+    }
+
+    #[test]
+    fn inches_and_millimetres_lead_to_the_same_places(steps in steps()) {
+        // 25.4 mm are 25400 thousandths: 254 of a tenth are exact in both units.
+        let program = |unit: &str, scale: f64| {
+            let mut text = format!("{unit} G91\nG1 F{}\n", 254.0 / scale);
+            for [x, y, z] in &steps {
+                let [x, y, z] = [x, y, z].map(|v| f64::from(*v) * 0.0254 / scale);
+                text += &format!("X{x:.9} Y{y:.9} Z{z:.9}\n");
+            }
+            moves(&text, &ideal())
+        };
+        let (inches, millimetres) = (program("G20", 25.4), program("G21", 1.0));
+        prop_assert!(inches.len() == millimetres.len());
+        for (a, b) in inches.iter().zip(&millimetres) {
+            for axis in Axis::LINEAR {
+                prop_assert!((a.to[axis] - b.to[axis]).abs() < 1e-6);
+            }
+            let (MoveKind::Line { feed_mm_min: a }, MoveKind::Line { feed_mm_min: b }) =
+                (a.kind, b.kind) else { panic!("not lines") };
+            prop_assert!((a - b).abs() < 1e-9 * b);
+        }
+    }
+
+    #[test]
+    fn no_bytes_panic(text in proptest::collection::vec(any::<u8>(), 0..400)) {
+        check(&text, &ideal());
+    }
+
+    /// A program that is right runs as checked; every move begins where the one before ended,
+    /// within the extents that the check has told.
+    #[test]
+    fn a_checked_program_runs(
+        lines in proptest::collection::vec(
+            "(N[0-9]{1,3} )?(G(0|1|2|3|17|18|19|20|21|90|91|53|4) ?)?([XYZIJKRFPST]-?[0-9]{1,2}(\\.[0-9])? ?){0,4}|GR1|M[0-9]|O1|M99|%",
+            0..20,
+        ),
+    ) {
+        let text = lines.join("\n");
+        let machine = ideal();
+        let checked = check(text.as_bytes(), &machine);
+        prop_assume!(checked.errors == 0);
+        let moves = moves(&text, &machine);
+        prop_assert_eq!(moves.len() as u64, checked.summary.moves);
+        let mut at = machine.work_zero_mm;
+        for step in &moves {
+            prop_assert_eq!(step.from, at);
+            at = step.to;
+            for axis in Axis::LINEAR {
+                let [least, greatest] = checked.summary.extents_mm[axis].unwrap();
+                prop_assert!(least <= at[axis] && at[axis] <= greatest);
+            }
+        }
+        prop_assert_eq!(at, checked.summary.end_mm);
+    }
+}

@@ -1,0 +1,135 @@
+//! Runs every example of the manual: in a ```console block of README.md and docs/*.md, each line
+//! `$ command` must end with code 0, or with the one that a following `$ echo $?` shows, and
+//! print what stands below it. `…` stands for any text within a line, and alone for any lines.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A command, the code it ends with, and what it prints on both streams, if the manual shows it.
+struct Example {
+    line: usize,
+    command: String,
+    code: i32,
+    output: Vec<String>,
+}
+
+fn examples(text: &str) -> Vec<Example> {
+    let mut examples: Vec<Example> = Vec::new();
+    let mut in_console = false;
+    let mut after_echo = false;
+    for (at, line) in text.lines().enumerate() {
+        if line.starts_with("```") {
+            in_console = line == "```console";
+        } else if in_console && line == "$ echo $?" {
+            after_echo = true;
+        } else if in_console && after_echo {
+            after_echo = false;
+            let last = examples.last_mut().expect("a command before `echo $?`");
+            last.code = line.parse().expect("an exit code below `echo $?`");
+        } else if let Some(command) = line.strip_prefix("$ ").filter(|_| in_console) {
+            let command = command.to_owned();
+            examples.push(Example { line: at + 1, command, code: 0, output: Vec::new() });
+        } else if in_console {
+            let last = examples.last_mut().expect("output stands below a command");
+            last.output.push(line.to_owned());
+        }
+    }
+    examples
+}
+
+/// Whether the text is as shown.
+fn is_like(shown: &[String], text: &[&str]) -> bool {
+    match shown.split_first() {
+        None => text.is_empty(),
+        Some((first, rest)) if first == "…" => {
+            (0..=text.len()).any(|skipped| is_like(rest, &text[skipped..]))
+        }
+        Some((first, rest)) => text
+            .split_first()
+            .is_some_and(|(line, text)| is_line_like(first, line) && is_like(rest, text)),
+    }
+}
+
+fn is_line_like(shown: &str, line: &str) -> bool {
+    let Some((before, after)) = shown.split_once('…') else { return shown == line };
+    let Some(rest) = line.strip_prefix(before) else { return false };
+    let ends = rest.char_indices().map(|(at, _)| at).chain([rest.len()]);
+    ends.into_iter().any(|at| is_line_like(after, &rest[at..]))
+}
+
+/// A folder to run in, with the samples in it and `cnc` on the path.
+fn playground() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    symlink(root.join("samples"), folder.path().join("samples")).unwrap();
+    let program = PathBuf::from(env!("CARGO_BIN_EXE_cnc"));
+    let path = std::env::var("PATH").unwrap_or_default();
+    let path = format!("{}:{path}", program.parent().unwrap().display());
+    (folder, path)
+}
+
+fn check(file: &Path) -> usize {
+    let text = fs::read_to_string(file).unwrap();
+    let (folder, path) = playground();
+    let examples = examples(&text);
+    for example in &examples {
+        let output = Command::new("sh")
+            .args(["-c", &format!("exec 2>&1\n{}", example.command)])
+            .current_dir(folder.path())
+            .env("PATH", &path)
+            .env_remove("CNC_MACHINE")
+            .stdin(std::process::Stdio::null())
+            .output()
+            .unwrap();
+        let printed = String::from_utf8(output.stdout).unwrap();
+        let place = format!("{}:{}: {}", file.display(), example.line, example.command);
+        assert_eq!(output.status.code(), Some(example.code), "{place}\n{printed}");
+        let lines: Vec<&str> = printed.lines().map(str::trim_end).collect();
+        let shown = &example.output;
+        assert!(
+            shown.is_empty() || is_like(shown, &lines),
+            "{place} printed\n{printed}\nand not\n{}",
+            shown.join("\n")
+        );
+    }
+    examples.len()
+}
+
+#[test]
+fn the_examples_of_the_manual_do_what_it_says() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    assert!(check(&root.join("README.md")) > 0);
+    for entry in fs::read_dir(root.join("docs")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|ending| ending == "md") {
+            check(&path);
+        }
+    }
+}
+
+#[test]
+fn links_of_the_manual_lead_somewhere() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for file in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"] {
+        let text = fs::read_to_string(root.join(file)).unwrap();
+        for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let local = target.split('#').next().unwrap();
+            let leads = target.starts_with("http") || root.join(local).exists();
+            assert!(leads, "{file}: {target}");
+        }
+    }
+}
+
+#[test]
+fn shown_output_is_compared_with_its_gaps() {
+    let shown = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect::<Vec<_>>();
+    assert!(is_like(&shown(&["a … c", "…", "z"]), &["a b c", "x", "y", "z"]));
+    assert!(is_like(&shown(&["…"]), &[]));
+    assert!(!is_like(&shown(&["a … c"]), &["a b d"]));
+    assert!(!is_like(&shown(&["a"]), &["a", "b"]));
+    let found = examples("```console\n$ cnc a\nout\n$ echo $?\n1\n$ cnc b\n```\n$ no\n");
+    assert_eq!(found.len(), 2);
+    assert_eq!((found[0].code, found[0].output.as_slice()), (1, shown(&["out"]).as_slice()));
+}
