@@ -369,6 +369,7 @@ fn what_the_bus_cannot_carry_is_refused() {
         (Machine::load("router").unwrap(), short(), "protocol"),
         (starmill_with("tick_us = 11000", "tick_us = 10279"), short(), "too short"),
         (machine.clone(), vec![no_axis], "no node"),
+        (machine.clone(), vec![event(7, "G4 P1e300")], "rests for more"),
         (machine.clone(), movement(0, 7, [21, 0, 0], 60), "at most 20"),
         (machine.clone(), movement(0, 7, [20, 0, 0], 390), "travel"),
         (machine.clone(), movement(0, 7, [1, 0, 0], 1498), "1496"),
