@@ -369,6 +369,7 @@ fn what_the_bus_cannot_carry_is_refused() {
         (Machine::load("router").unwrap(), short(), "protocol"),
         (starmill_with("tick_us = 11000", "tick_us = 10279"), short(), "too short"),
         (machine.clone(), vec![no_axis], "no node"),
+        (machine.clone(), vec![event(7, "G4 P1e300")], "rests for more"),
         (machine.clone(), movement(0, 7, [21, 0, 0], 60), "at most 20"),
         (machine.clone(), movement(0, 7, [20, 0, 0], 390), "travel"),
         (machine.clone(), movement(0, 7, [1, 0, 0], 1498), "1496"),
@@ -419,6 +420,60 @@ fn faults_are_named_and_nothing_starts() {
     assert!(matches!(early, Fault::Early { .. } | Fault::Unexpected { .. }), "{early:?}");
     let closed = fault(&all, Some((3, Spoil::Close)));
     assert!(matches!(closed, Fault::Port(_)));
+}
+
+/// Runs a job on nodes that have heard something before.
+fn run_after(said: &[u8]) -> (Ending, Sim) {
+    let machine = starmill();
+    let units: Vec<_> = machine.bus.nodes.iter().map(|(axis, id)| (*axis, *id)).collect();
+    let mut sim = Sim::new(Nodes::new(&machine, units, &start(), 250));
+    sim.send(said).unwrap();
+    sim.drain();
+    let job = Job::new(movement(0, 1, [5, 0, 3], 50), start(), &machine).unwrap();
+    let mut master = Master::new(job, &machine, Timing::new(&machine.bus, 1.0));
+    let ending = drive(&mut sim, &mut master, &mut Quiet::default());
+    sim.drain();
+    (ending, sim)
+}
+
+/// One byte too many: the ping's second byte and the pad are a fill command to the node, which
+/// gets its buffer full of zeros. Nothing moves.
+#[test]
+fn a_node_out_of_phase_is_found_out_and_moves_nothing() {
+    let (ending, sim) = run_after(&[0x55]);
+    let during = During::Ping;
+    let fault = Fault::NoAnswer { axis: Axis::X, id: 122, during };
+    assert_eq!((ending.end, ending.power_cycle), (End::Failed(fault), true));
+    assert_eq!(sim.nodes().executed(), []);
+    let (_, x) = sim.nodes().iter().next().unwrap();
+    assert!(x.is_full() && x.position_steps() == start()[Axis::X]);
+}
+
+/// A buffer left over from an abandoned job cannot be replaced (H7): the fill command is not
+/// answered, and nothing is started.
+#[test]
+fn a_buffer_left_over_stops_the_job() {
+    let left_over = [vec![124, 0], vec![9; 1500]].concat();
+    let (ending, sim) = run_after(&left_over);
+    let during = During::FillCommand { buffer: 0 };
+    let fault = Fault::NoAnswer { axis: Axis::Z, id: 124, during };
+    assert_eq!((ending.end, ending.power_cycle), (End::Failed(fault), true));
+    assert_eq!(sim.nodes().executed(), []);
+    assert!(sim.nodes().iter().all(|(_, node)| node.is_in_phase()));
+}
+
+/// Data that would send a node to its limit switch, whether it is full or not (H3).
+#[test]
+fn data_that_is_a_home_command_is_refused() {
+    let text = starmill().to_toml().replace("speed_max_mm_s = 20.0", "speed_max_mm_s = 110.0");
+    let machine = Machine::parse("fast", &text.replace("Y = 123", "Y = 129")).unwrap();
+    let counts = [1, 0, i32::from(b'h'), -1, 1, 0];
+    let data = |counts: &[i32]| counts.iter().map(|x| tick(0, 7, [*x, 0, 0])).collect::<Vec<_>>();
+    let message = refused(&machine, data(&counts));
+    assert!(message.contains("tick 2") && message.contains("node 129 of axis Y"), "{message}");
+    let shifted = data(&counts[1..]);
+    let job = Job::new(shifted, start(), &machine).unwrap();
+    lint(&job, &machine).unwrap();
 }
 
 /// A host that does not pace: next sync as soon as the master answers. This is what the firmware

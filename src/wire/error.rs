@@ -103,6 +103,14 @@ pub enum JobError {
         /// Its line.
         line: u32,
     },
+    /// Nobody means a pause of years.
+    #[error("line {}: {}: with this, the job rests for more than {seconds_max} seconds", event.line, event.kind)]
+    Dwell {
+        /// The dwell that is too much.
+        event: Event,
+        /// The most that all together may rest.
+        seconds_max: f64,
+    },
     /// Hands in the machine need idle nodes.
     #[error("line {}: {} waits for a person and must end buffer {buffer}, but motion follows in it", event.line, event.kind)]
     PauseInside {

@@ -104,7 +104,7 @@ impl Job {
         for command in commands {
             match command {
                 Command::Tick(tick) => cutter.tick(tick)?,
-                Command::Event(event) => cutter.events.push((cutter.ticks.len(), event)),
+                Command::Event(event) => cutter.event(event)?,
             }
         }
         cutter.flush()?;
@@ -216,6 +216,9 @@ fn check_bus(bus: &Bus) -> Result<(), JobError> {
     Ok(())
 }
 
+/// Longest rest of a job in all: ten weeks. Times in microseconds then stay far from overflow.
+const DWELLS_S_MAX: f64 = 6e6;
+
 /// Gathers the ticks and events of one buffer after another.
 struct Cutter<'a> {
     machine: &'a Machine,
@@ -226,6 +229,7 @@ struct Cutter<'a> {
     position: AxisMap<i64>,
     extents_steps: AxisMap<[i64; 2]>,
     total: u64,
+    dwells_s: f64,
 }
 
 impl<'a> Cutter<'a> {
@@ -239,6 +243,7 @@ impl<'a> Cutter<'a> {
             position: start_steps,
             extents_steps: AxisMap::from_fn(|axis| [start_steps[axis]; 2]),
             total: 0,
+            dwells_s: 0.0,
         }
     }
 
@@ -258,6 +263,15 @@ impl<'a> Cutter<'a> {
         }
         self.ticks.push(tick);
         self.total += 1;
+        Ok(())
+    }
+
+    fn event(&mut self, event: Event) -> Result<(), JobError> {
+        self.dwells_s += dwell_s(event.kind);
+        if self.dwells_s > DWELLS_S_MAX {
+            return Err(JobError::Dwell { event, seconds_max: DWELLS_S_MAX });
+        }
+        self.events.push((self.ticks.len(), event));
         Ok(())
     }
 

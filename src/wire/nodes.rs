@@ -189,7 +189,7 @@ impl Nodes {
             Happening::SyncWaited { waited_us, .. } if waited_us > self.sync_wait_us_max => {
                 Some("was still stepping when the next tick came: the axes drift apart")
             }
-            Happening::Overrun => Some("lost a byte and is deaf until it is switched off"),
+            Happening::Overrun => Some("is deaf until it is switched off"),
             _ => None,
         }
     }

@@ -166,6 +166,8 @@ pub struct Ending {
     pub ticks: u64,
     /// Buffers executed to their end.
     pub buffers: u64,
+    /// NC line of the last tick acknowledged or event reached; 0 before the first.
+    pub line: u32,
     /// Position of every axis that has a node.
     pub axes: Vec<AxisEnd>,
     /// Nodes hold a buffer, or wait for data, that only switching them off makes them forget.

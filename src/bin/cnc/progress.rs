@@ -3,20 +3,20 @@
 use std::time::Duration;
 
 use cnc::base::Progress;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// A progress bar on standard error.
 pub struct Bar {
     bar: ProgressBar,
+    quiet: bool,
     buffer: u32,
     drawn: Option<(u64, u32)>,
 }
 
 impl Bar {
-    /// A bar, or none if the user wants errors only.
+    /// A bar that shows from its beginning on, unless the user wants errors only.
     pub fn new(quiet: bool) -> Self {
-        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::no_length() };
-        Bar { bar, buffer: 0, drawn: None }
+        Bar { bar: ProgressBar::hidden(), quiet, buffer: 0, drawn: None }
     }
 
     /// The node buffer that is filled or executed.
@@ -44,6 +44,10 @@ impl Progress for Bar {
             self.bar.set_style(style);
         }
         self.bar.set_length(total);
+        if self.quiet {
+            return;
+        }
+        self.bar.set_draw_target(ProgressDrawTarget::stderr());
         self.bar.enable_steady_tick(Duration::from_millis(200));
     }
 

@@ -397,7 +397,7 @@ impl Master {
             return;
         }
         if let EventKind::Dwell(seconds) = event.kind {
-            self.state = State::Dwelling { until_us: now_us + dwell_us(seconds) };
+            self.state = State::Dwelling { until_us: now_us.saturating_add(dwell_us(seconds)) };
         }
         self.events.push_back(MasterEvent::Event(event));
     }
@@ -479,6 +479,7 @@ impl Master {
             end,
             ticks: self.progress.ticks,
             buffers: self.buffers_done,
+            line: self.progress.line,
             axes,
             power_cycle,
             late_us: self.late_us,

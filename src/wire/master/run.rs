@@ -82,22 +82,9 @@ impl Master {
         let (State::Running(run), Some(Step::Buffer(buffer))) = self.run_and_buffer() else {
             return None;
         };
-        if run.waits() || now_us < run.timeout_us(0) {
-            return None;
-        }
         let (sent, ticks) = (run.sent, buffer.lines.len());
-        if let Some((_, event)) = buffer.events.get(run.events).filter(|(tick, _)| *tick <= sent) {
-            let event = event.clone();
-            let dwell = if let EventKind::Dwell(s) = event.kind { dwell_us(s) } else { 0 };
-            self.events.push_back(MasterEvent::Event(event));
-            let State::Running(run) = &mut self.state else { return None };
-            run.events += 1;
-            run.due_us = now_us + dwell;
-            if dwell > 0 {
-                run.scheduled_us = None;
-                run.dwells = true;
-            }
-            return self.sync(now_us);
+        if run.waits() {
+            return None;
         }
         if self.hold != Hold::No && sent < ticks && self.may_hold(buffer, sent) {
             let line = buffer.lines.get(sent).copied().unwrap_or(0);
@@ -107,6 +94,22 @@ impl Master {
                 self.state = State::Held(run);
             }
             return None;
+        }
+        if now_us < run.timeout_us(0) {
+            return None;
+        }
+        if let Some((_, event)) = buffer.events.get(run.events).filter(|(tick, _)| *tick <= sent) {
+            let event = event.clone();
+            let dwell = if let EventKind::Dwell(s) = event.kind { dwell_us(s) } else { 0 };
+            self.events.push_back(MasterEvent::Event(event));
+            let State::Running(run) = &mut self.state else { return None };
+            run.events += 1;
+            run.due_us = now_us.saturating_add(dwell);
+            if dwell > 0 {
+                run.scheduled_us = None;
+                run.dwells = true;
+            }
+            return self.sync(now_us);
         }
         if now_us < self.wire_free_us() {
             return None;

@@ -125,7 +125,7 @@ fn log(entry: &Entry, global: &Global) {
         Happening::SyncWaited { entry, waited_us } => {
             format!("took the sync byte of entry {entry} {waited_us} µs late")
         }
-        Happening::Overrun => "has lost a byte".to_owned(),
+        Happening::Overrun => "was sent more bytes than its receiver keeps".to_owned(),
     };
     let (at_s, axis) = (entry.at_us as f64 * 1e-6, entry.axis);
     match entry.hazard {

@@ -92,11 +92,11 @@ fn run_job(
     report.job(&job);
     let interrupts = Interrupts::watch()?;
     let operator = Terminal::new(args.ignore_stops, global, interrupts);
-    operator.check_stops(&job).or_bad_input()?;
     if args.dry_run {
         report.dry_run(&job)?;
         return Ok(Exit::Ok);
     }
+    operator.check_stops(&job).or_bad_input()?;
     if !args.yes && !operator.asks("Start the job?") {
         say!("nothing was sent");
         return Ok(Exit::Interrupted);

@@ -20,6 +20,8 @@ pub struct Terminal {
     quiet: bool,
     verbose: bool,
     interrupts: Interrupts,
+    /// Interrupts that have been answered.
+    told: usize,
 }
 
 impl Terminal {
@@ -31,6 +33,7 @@ impl Terminal {
             quiet: global.quiet,
             verbose: global.verbose,
             interrupts,
+            told: 0,
         }
     }
 
@@ -111,6 +114,15 @@ impl Operator for Terminal {
     }
 
     fn interrupts(&mut self) -> usize {
-        self.interrupts.count()
+        let count = self.interrupts.count();
+        if count > self.told {
+            self.told = count;
+            self.say(if count == 1 {
+                "stopping where the axes are slow enough; a second Ctrl-C does not wait for that"
+            } else {
+                "stopping at once"
+            });
+        }
+        count
     }
 }

@@ -73,7 +73,7 @@ impl Report<'_> {
     pub fn dry_run(&self, job: &Job) -> io::Result<()> {
         if self.global.json {
             let mut result = self.base("dry-run", job.ticks, job.buffers().count() as u64);
-            let seconds = job.duration_us(&self.machine.bus) as f64 * 1e-6;
+            let seconds = (job.duration_us(&self.machine.bus) / 1000) as f64 / 1000.0;
             result.insert("seconds".to_owned(), json!(seconds));
             let extents = extents(job).map(|(axis, range)| (axis.to_string(), json!(range)));
             result.insert("extents_mm".to_owned(), Value::Object(extents.collect()));
@@ -128,6 +128,9 @@ impl Report<'_> {
         if let Some(fault) = &fault {
             say!("error: {fault}");
         }
+        if ending.end != End::Done && ending.line > 0 {
+            say!("the last line reached is {}", ending.line);
+        }
         self.positions(ending);
         if self.global.json {
             let mut result = self.base(name, ending.ticks, ending.buffers);
@@ -138,6 +141,7 @@ impl Report<'_> {
                 (end.axis.to_string(), state)
             });
             result.insert("axes".to_owned(), Value::Object(axes.collect()));
+            result.insert("line".to_owned(), json!(ending.line));
             result.insert("power_cycle".to_owned(), json!(ending.power_cycle));
             result.insert("late_us".to_owned(), json!(ending.late_us));
             result.insert("late_us_max".to_owned(), json!(ending.late_us_max));
