@@ -312,7 +312,7 @@ fn an_overfull_buffer_fails() {
 #[test]
 fn too_fast_fails() {
     // Two ticks' way in one: twice the feed everywhere.
-    let report = check_fails("above feed", |job| {
+    let report = check_fails("feed", |job| {
         let mut merged = Vec::new();
         for command in job.drain(..) {
             match (merged.last_mut(), command) {

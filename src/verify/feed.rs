@@ -19,17 +19,17 @@ const ROUNDING_STEPS: f64 = 2.0;
 pub struct FeedError {
     /// Greatest excess of the mean speed over the feed, rounding included; 0 if it never is.
     pub max_percent: f64,
-    /// The window furthest beyond what is allowed, if one is, and where it ends.
-    pub worst: Option<FeedExcess>,
+    /// The window with the greatest share of the speed allowed in it; none if there is no window.
+    pub worst: Option<FeedWindow>,
 }
 
-/// A window that is too fast.
+/// A window without rapids.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FeedExcess {
-    /// Mean speed in the window.
+pub struct FeedWindow {
+    /// Mean speed in it.
     pub speed_mm_s: f64,
-    /// Greatest feed of the path in it.
-    pub feed_mm_s: f64,
+    /// The path's greatest feed in it and what is allowed above that.
+    pub allowed_mm_s: f64,
     /// Its last tick.
     pub at: Place,
 }
@@ -42,7 +42,6 @@ pub struct Feed {
     /// Along the path after each tick of the window and before its first, and the greatest feed
     /// on the way there.
     window: VecDeque<(f64, f64)>,
-    excess_mm: f64,
     found: FeedError,
 }
 
@@ -55,7 +54,6 @@ impl Feed {
             tick_s: setup.tick_s(),
             rounding_mm: ROUNDING_STEPS * step_mm,
             window: VecDeque::from([(0.0, feed_mm_s)]),
-            excess_mm: 0.0,
             found: FeedError::default(),
         }
     }
@@ -77,11 +75,10 @@ impl Feed {
         let speed_mm_s = (along_mm - from_mm) / time_s;
         let percent = 100.0 * (speed_mm_s / feed_mm_s - 1.0);
         self.found.max_percent = self.found.max_percent.max(percent);
-        let allowed_mm = feed_mm_s * time_s * (1.0 + EXCESS_SHARE) + self.rounding_mm;
-        let excess_mm = along_mm - from_mm - allowed_mm;
-        if excess_mm > self.excess_mm {
-            self.excess_mm = excess_mm;
-            self.found.worst = Some(FeedExcess { speed_mm_s, feed_mm_s, at });
+        let allowed_mm_s = feed_mm_s * (1.0 + EXCESS_SHARE) + self.rounding_mm / time_s;
+        let share = |window: FeedWindow| window.speed_mm_s / window.allowed_mm_s;
+        if self.found.worst.is_none_or(|worst| speed_mm_s / allowed_mm_s > share(worst)) {
+            self.found.worst = Some(FeedWindow { speed_mm_s, allowed_mm_s, at });
         }
     }
 

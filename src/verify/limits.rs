@@ -74,7 +74,7 @@ impl Worst {
 
     fn check(&self, what: &'static str, axis: Axis, unit: &'static str) -> Check {
         let check = Check::new(what, Some(axis), self.value, self.limit);
-        Check { unit, at: self.at, ..check }
+        Check { unit, at: self.at.filter(|_| self.value > 0.0), ..check }
     }
 }
 

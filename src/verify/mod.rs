@@ -26,7 +26,7 @@ mod sweep;
 use std::collections::BTreeMap;
 
 pub use self::contour::{Contour, Matched};
-pub use self::feed::{FeedError, FeedExcess};
+pub use self::feed::{FeedError, FeedWindow};
 pub use self::report::{BlockError, Check, Place, Report, Verdict};
 
 use self::contour::Streams;
@@ -108,7 +108,8 @@ pub fn tolerance_mm(machine: &Machine) -> f64 {
 
 fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report {
     let mut limits = vec![contour_check(bound_mm, &contour)];
-    limits.extend(contour.matched.as_ref().map(|matched| feed_check(&matched.feed)));
+    let feed = contour.matched.as_ref().and_then(|matched| matched.feed.worst);
+    limits.extend(feed.map(|window| feed_check(&window)));
     limits.extend(walk.checks);
     let failed = limits.iter().filter(|check| check.verdict == Verdict::Fail);
     let failures: Vec<String> = failed.map(Check::to_string).collect();
@@ -152,13 +153,7 @@ fn contour_check(bound_mm: f64, contour: &Contour) -> Check {
     check
 }
 
-fn feed_check(feed: &FeedError) -> Check {
-    let check = match &feed.worst {
-        None => Check::new("above feed", None, 0.0, 0.0),
-        Some(worst) => Check {
-            at: Some(worst.at),
-            ..Check::new("above feed", None, worst.speed_mm_s, worst.feed_mm_s)
-        },
-    };
-    Check { unit: "mm/s", ..check }
+fn feed_check(window: &FeedWindow) -> Check {
+    let check = Check::new("feed", None, window.speed_mm_s, window.allowed_mm_s);
+    Check { unit: "mm/s", at: Some(window.at), ..check }
 }

@@ -1,0 +1,171 @@
+//! `cnc verify` as a user runs it: what it prints, its exit codes, what it refuses and why.
+
+use std::fs;
+use std::path::PathBuf;
+
+use assert_cmd::Command;
+use cnc::base::{Axis, Machine, Source};
+use cnc::plan::Feed;
+use cnc::tape::{Encoding, Header, Origin, Writer};
+use cnc::{interp, path, plan, step};
+use serde_json::Value;
+
+const PROGRAM: &str = "%\nO1 (a square with a round corner)\nG21 G90 G17\nG0 X1 Y1\n\
+    M3 S1200\nG1 Z-1 F120\nG1 X9 F300\nG3 X10 Y2 I0 J1\nG1 Y10\nG2 X10 Y10 I-2 J0\n\
+    G1 X1\nG1 Y1\nG0 Z0\nM30\n%\n";
+
+/// A folder with a program and its dump, made by the library.
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Bench {
+        let bench = Bench { folder: tempfile::tempdir().unwrap() };
+        fs::write(bench.file("p.nc"), PROGRAM).unwrap();
+        fs::write(bench.file("p.csv"), dump("starmill", Encoding::Counts)).unwrap();
+        bench
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Changes the dump's text, which has to change.
+    fn change(&self, from: &str, to: &str) {
+        let text = fs::read_to_string(self.file("p.csv")).unwrap();
+        assert!(text.contains(from), "{from}");
+        fs::write(self.file("p.csv"), text.replacen(from, to, 1)).unwrap();
+    }
+
+    /// Runs `cnc verify p.nc p.csv` with more arguments; gives exit code, output and messages.
+    fn run(&self, more: &[&str]) -> (i32, String, String) {
+        let mut command = Command::cargo_bin("cnc").unwrap();
+        command.args(["verify", "p.nc", "p.csv"]).args(more).env_remove("CNC_MACHINE");
+        let output = command.current_dir(self.folder.path()).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+        (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+    }
+
+    fn check_refused(&self, more: &[&str], code: i32, reason: &str) {
+        let (found, out, messages) = self.run(more);
+        assert_eq!((found, out.as_str()), (code, ""), "{messages}");
+        assert!(messages.contains(reason), "{messages}");
+    }
+}
+
+fn dump(machine: &str, encoding: Encoding) -> Vec<u8> {
+    let machine = Machine::load(machine).unwrap();
+    let source = Source::memory("p.nc", PROGRAM.as_bytes());
+    let options = interp::Options::default();
+    let checked = interp::check(&source, &machine, &options, 10).unwrap();
+    assert_eq!(checked.diagnostics, []);
+    let segments = path::segments(interp::motions(&source, &machine, &options));
+    let start_mm = machine.work_zero_mm;
+    let plan = plan::plan(segments, &machine, Feed::ExactStop, start_mm);
+    let header = Header {
+        tool: "cnc".to_owned(),
+        program: Origin { name: "p.nc".to_owned(), sha256: checked.sha256 },
+        inputs: Vec::new(),
+        options: vec![("dialect".to_owned(), "iso".to_owned())],
+        machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },
+        tick_us: machine.bus.tick_us,
+        steps_per_mm: Axis::LINEAR
+            .map(|axis| (axis, machine.axis(axis).unwrap().steps_per_mm))
+            .into(),
+        start_steps: machine.nearest_steps(&start_mm),
+        encoding,
+    };
+    let mut writer = Writer::new(Vec::new(), &header).unwrap();
+    for command in step::interpolate(plan, &machine, start_mm) {
+        writer.command(&command.unwrap()).unwrap();
+    }
+    writer.finish().unwrap()
+}
+
+#[test]
+fn a_sound_dump_passes() {
+    let bench = Bench::new();
+    let (code, table, messages) = bench.run(&[]);
+    assert_eq!((code, messages.as_str()), (0, ""), "{table}");
+    println!("{table}");
+    assert!(table.contains("contour") && table.ends_with("\npass\n"), "{table}");
+    let (code, json, _) = bench.run(&["--json"]);
+    let report: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, &report["schema"], &report["verdict"]), (0, &1.into(), &"pass".into()));
+    assert_eq!(report["tolerance_mm"], 0.01366);
+    assert_eq!(report["end_error_steps"], serde_json::json!({"X": 0, "Y": 0, "Z": 0}));
+    assert_eq!(report["failures"], serde_json::json!([]));
+    let error = report["max_contour_error_mm"].as_f64().unwrap();
+    assert!(report["rms_contour_error_mm"].as_f64().unwrap() < error && error < 0.01366);
+    assert!(report["worst"]["tick"].is_u64() && report["worst"]["line"].is_u64());
+    assert!(report["max_steps_per_tick"]["X"].is_u64() && report["seconds"].is_f64());
+    let (code, out, messages) = bench.run(&["--quiet"]);
+    assert_eq!((code, out.as_str(), messages.as_str()), (0, "", ""));
+    fs::write(bench.file("p.csv"), dump("starmill", Encoding::Bytes)).unwrap();
+    assert_eq!(bench.run(&[]).0, 0);
+}
+
+#[test]
+fn a_broken_seal_is_refused_with_its_reason() {
+    for (from, to, reason) in [
+        ("\n10,0,", "\n10,0,1", "changed"),
+        ("\n10,0,", "\n11,0,", "tick 11 where 10 belongs"),
+        ("# machine: starmill", "# machine: router", "made for machine 'router'"),
+        ("# machine: starmill sha256:", "# machine: starmill sha256:00", "'machine'"),
+        ("# tick_us: 11000", "# tick_us: 10000", "10000 us"),
+        ("# steps_per_mm: X=100", "# steps_per_mm: X=200", "X=200"),
+        ("# options: dialect=iso", "# options: dialect=iso warp=9", "warp=9"),
+        ("# cnc-dump: 1", "# cnc-dump: 9", "version 9"),
+        ("# cnc-dump: 1", "G0 X1", "no command dump"),
+    ] {
+        let bench = Bench::new();
+        bench.change(from, to);
+        bench.check_refused(&[], 1, reason);
+        bench.check_refused(&["--json"], 1, reason);
+    }
+    let bench = Bench::new();
+    let text = fs::read_to_string(bench.file("p.csv")).unwrap();
+    fs::write(bench.file("p.csv"), &text[..text.len() / 2]).unwrap();
+    bench.check_refused(&[], 1, "truncated");
+}
+
+#[test]
+fn another_machine_or_program_is_refused() {
+    let bench = Bench::new();
+    bench.check_refused(&["--machine", "router"], 1, "use --machine starmill");
+    let own = Machine::load("starmill").unwrap().to_toml().replace("= 2000", "= 2001");
+    fs::write(bench.file("starmill.toml"), own).unwrap();
+    bench.check_refused(&["--machine", "starmill.toml"], 1, "another profile");
+    fs::write(bench.file("p.nc"), PROGRAM.replace("X9 ", "X9.0 ")).unwrap();
+    bench.check_refused(&[], 1, "another program");
+    fs::write(bench.file("p.nc"), "G1 X1\n").unwrap();
+    bench.check_refused(&[], 1, "error");
+    fs::remove_file(bench.file("p.nc")).unwrap();
+    bench.check_refused(&[], 2, "p.nc");
+}
+
+#[test]
+fn a_dump_out_of_tolerance_fails() {
+    let bench = Bench::new();
+    let text = fs::read_to_string(bench.file("p.csv")).unwrap();
+    let rows: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    let mut bare = vec!["X,Y,Z".to_owned()];
+    for row in &rows[1..] {
+        let fields: Vec<&str> = row.split(',').collect();
+        bare.push(fields[3..6].join(","));
+    }
+    fs::write(bench.file("p.csv"), bare.join("\n") + "\n").unwrap();
+    bench.check_refused(&[], 1, "no command dump");
+    let (_, table, _) = bench.run(&["--unsealed"]);
+    println!("{table}");
+    assert!(table.contains("contour") && table.contains("end point"), "{table}");
+    bare.remove(60);
+    fs::write(bench.file("p.csv"), bare.join("\n") + "\n").unwrap();
+    let (code, table, _) = bench.run(&["--unsealed"]);
+    assert!(code == 1 && table.contains("\nFAIL\n  contour: "), "{table}");
+    let (code, json, messages) = bench.run(&["--unsealed", "--json"]);
+    let report: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, &report["verdict"]), (1, &"fail".into()));
+    assert!(messages.contains("error: p.csv: contour: "), "{messages}");
+}
