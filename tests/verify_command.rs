@@ -88,7 +88,6 @@ fn a_sound_dump_passes() {
     let bench = Bench::new();
     let (code, table, messages) = bench.run(&[]);
     assert_eq!((code, messages.as_str()), (0, ""), "{table}");
-    println!("{table}");
     assert!(table.contains("contour") && table.ends_with("\npass\n"), "{table}");
     let (code, json, _) = bench.run(&["--json"]);
     let report: Value = serde_json::from_str(&json).unwrap();
@@ -158,7 +157,6 @@ fn a_dump_out_of_tolerance_fails() {
     fs::write(bench.file("p.csv"), bare.join("\n") + "\n").unwrap();
     bench.check_refused(&[], 1, "no command dump");
     let (_, table, _) = bench.run(&["--unsealed"]);
-    println!("{table}");
     assert!(table.contains("contour") && table.contains("end point"), "{table}");
     bare.remove(60);
     fs::write(bench.file("p.csv"), bare.join("\n") + "\n").unwrap();

@@ -4,11 +4,11 @@
 //!
 //! - *Contour*: the Fréchet distance between the executed polyline (tick points joined by chords)
 //!   and the path, in X, Y and Z. Matching runs forward along both, so neither a skipped loop nor
-//!   a cut corner nor a retraced stretch hides behind a near point elsewhere ([`sweep`]).
+//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`).
 //! - *End point* and the place of every event, exact in steps on every axis.
 //! - *Machine*: counts, accelerations, rest at seams, events and both ends, ticks of a buffer,
-//!   travel ([`limits`]).
-//! - *Feed*: mean speed along the path against F ([`feed`]).
+//!   travel (`limits`).
+//! - *Feed*: mean speed along the path against F (`feed`).
 //!
 //! Commands and path are streams that are read several times; memory is that of the path within
 //! the tolerance. What is not done: rotary and secondary axes are held to the path where it has

@@ -124,7 +124,11 @@ impl fmt::Display for Check {
         write!(f, "{}", self.check)?;
         self.axis.map_or(Ok(()), |axis| write!(f, " {axis}"))?;
         write!(f, ": {} {}", six_digits(self.value), self.unit)?;
-        self.at.map_or(Ok(()), |at| write!(f, " at tick {} (line {})", at.tick, at.line))?;
+        match self.at {
+            None => {}
+            Some(Place { tick, line: 0 }) => write!(f, " at tick {tick}")?,
+            Some(Place { tick, line }) => write!(f, " at tick {tick} (line {line})")?,
+        }
         write!(f, ", allowed {}", six_digits(self.limit))?;
         self.note.as_ref().map_or(Ok(()), |note| write!(f, "; {note}"))
     }

@@ -129,12 +129,12 @@ impl Near {
     /// infinity where there is none.
     fn within(&self, distance_sq: f64) -> (f64, f64) {
         let half_sq = (distance_sq - self.distance_sq) * self.inverse_length_sq;
-        if half_sq >= 0.0 {
-            let half = half_sq.sqrt();
-            ((self.share - half).max(0.0), (self.share + half).min(1.0))
-        } else {
-            (f64::INFINITY, f64::NEG_INFINITY)
-        }
+        // Without branches, so that several distances are taken at once.
+        let half = half_sq.max(0.0).sqrt();
+        let is_near = half_sq >= 0.0;
+        let from = if is_near { (self.share - half).max(0.0) } else { f64::INFINITY };
+        let to = if is_near { (self.share + half).min(1.0) } else { f64::NEG_INFINITY };
+        (from, to)
     }
 }
 
@@ -306,11 +306,11 @@ fn cross<const N: usize>(
     distances_sq: &[f64; N],
     dead: usize,
 ) {
-    for level in dead..N {
+    for (level, distance_sq) in distances_sq.iter().enumerate().skip(dead) {
         let from_left = left.from[level] <= left.to[level];
         let from_below = below.from[level] <= below.to[level];
-        let (right_from, right_to) = beside.within(distances_sq[level]);
-        let (upper_from, upper_to) = above.within(distances_sq[level]);
+        let (right_from, right_to) = beside.within(*distance_sq);
+        let (upper_from, upper_to) = above.within(*distance_sq);
         let right_from = right_from.max(if from_below { 0.0 } else { left.from[level] });
         let upper_from = upper_from.max(if from_left { 0.0 } else { below.from[level] });
         left.from[level] = if right_from <= right_to { right_from } else { f64::INFINITY };

@@ -162,7 +162,7 @@ fn start(header: &Header, machine: &Machine) -> Option<Point> {
 
 /// The table for people.
 fn print(out: &mut impl Write, report: &Report, global: &Global) -> io::Result<()> {
-    let row = ["check", "axis", "value", "limit", "unit", "", "where"].map(str::to_owned);
+    let row = ["check", "axis", "value", "limit", "unit", "verdict", "where"].map(str::to_owned);
     let mut rows = vec![row];
     rows.extend(report.limits.iter().map(cells));
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
@@ -204,7 +204,10 @@ fn cells(check: &Check) -> [String; 7] {
         Verdict::Fail => "FAIL",
         Verdict::Reported => "not judged",
     };
-    let place = check.at.map(|at| format!("tick {}, line {}", at.tick, at.line));
+    let place = check.at.map(|at| match at.line {
+        0 => format!("tick {}", at.tick),
+        line => format!("tick {}, line {line}", at.tick),
+    });
     [
         check.check.to_owned(),
         check.axis.map(|axis| axis.to_string()).unwrap_or_default(),
