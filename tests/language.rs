@@ -97,6 +97,23 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
     }
 }
 
+/// Beyond them a position in steps has no exact number: a sum of distances must not lead there.
+#[test]
+fn positions_are_bounded_on_machines_without_travel() {
+    for text in [
+        "G0 X1000001\nM30",
+        "G0 G91 G20 Y-40000\nM30",
+        "GR P1 L1000\nM30\nO1\nG0 G91 Z2000\nM99",
+        "G2 I-999999 F1000000\nM30",
+    ] {
+        let checked = check(text.as_bytes(), &ideal());
+        let rules: Vec<_> = checked.diagnostics.iter().map(|found| found.rule).collect();
+        assert!(rules.iter().any(|rule| rule.starts_with("limit-")), "{text}: {rules:?}");
+    }
+    let at_the_bound = check(b"G0 X-1000000\nX1000000\nM30", &ideal());
+    assert_eq!(at_the_bound.errors, 0);
+}
+
 #[test]
 fn the_reference_is_that_of_the_tables() {
     let mut text = String::from(

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
-use cnc::base::machine::ProfileError;
+use cnc::base::machine::{POSITION_MOST, ProfileError};
 use cnc::base::{Machine, Point, Source};
 
 use crate::args::Global;
@@ -56,8 +56,8 @@ pub fn point(text: &str) -> Result<Point, String> {
     }
     let mut point = Point::ZERO;
     for (value, part) in point.0.iter_mut().zip(parts) {
-        let number = part.trim().parse().ok().filter(|number: &f64| number.is_finite());
-        *value = number.ok_or_else(|| format!("'{part}' is no number"))?;
+        let number = part.trim().parse().ok().filter(|number: &f64| number.abs() <= POSITION_MOST);
+        *value = number.ok_or_else(|| format!("'{part}' is no position"))?;
     }
     Ok(point)
 }
@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn a_position_is_read_axis_by_axis() {
         assert_eq!(point("75, -50,1.5").unwrap().0[..4], [75.0, -50.0, 1.5, 0.0]);
-        for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
+        for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,2,1e7", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
             assert!(point(bad).is_err(), "{bad}");
         }
     }
