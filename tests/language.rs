@@ -97,6 +97,26 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
     }
 }
 
+/// A plan of years neither ends nor fits the numbers that count its ticks.
+#[test]
+fn no_move_may_take_longer_than_a_day() {
+    let tiny = format!("G1 F0.{}1 X1\nM30", "0".repeat(300));
+    for (text, expected) in [
+        (tiny.as_str(), true),
+        ("G1 F0.001 X1.44\nM30", false),
+        ("G1 F0.001 X1.45\nM30", true),
+        ("G1 F0.001 A1.45\nM30", true),
+        ("G20 G1 F0.001 X1.45\nM30", true),
+        ("G1 F1 X0\nG2 X0 I200\nM30", false),
+        ("G1 F1 X0\nG2 X0 I200 P2\nM30", true),
+        ("G1 F10 X0\nG2 X1 R100000\nM30", false),
+    ] {
+        let found = check(text.as_bytes(), &ideal());
+        let found = found.diagnostics.iter().any(|found| found.rule == "feed-too-low");
+        assert_eq!(found, expected, "{text}");
+    }
+}
+
 /// Beyond them a position in steps has no exact number: a sum of distances must not lead there.
 #[test]
 fn positions_are_bounded_on_machines_without_travel() {
