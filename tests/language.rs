@@ -97,6 +97,43 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
     }
 }
 
+/// A plan of years neither ends nor fits the numbers that count its ticks.
+#[test]
+fn no_move_may_take_longer_than_a_day() {
+    let tiny = format!("G1 F0.{}1 X1\nM30", "0".repeat(300));
+    for (text, expected) in [
+        (tiny.as_str(), true),
+        ("G1 F0.001 X1.44\nM30", false),
+        ("G1 F0.001 X1.45\nM30", true),
+        ("G1 F0.001 A1.45\nM30", true),
+        ("G20 G1 F0.001 X1.45\nM30", true),
+        ("G1 F1 X0\nG2 X0 I200\nM30", false),
+        ("G1 F1 X0\nG2 X0 I200 P2\nM30", true),
+        ("G1 F10 X0\nG2 X1 R100000\nM30", false),
+    ] {
+        let found = check(text.as_bytes(), &ideal());
+        let found = found.diagnostics.iter().any(|found| found.rule == "feed-too-low");
+        assert_eq!(found, expected, "{text}");
+    }
+}
+
+/// Beyond them a position in steps has no exact number: a sum of distances must not lead there.
+#[test]
+fn positions_are_bounded_on_machines_without_travel() {
+    for text in [
+        "G0 X1000001\nM30",
+        "G0 G91 G20 Y-40000\nM30",
+        "GR P1 L1000\nM30\nO1\nG0 G91 Z2000\nM99",
+        "G2 I-999999 F1000000\nM30",
+    ] {
+        let checked = check(text.as_bytes(), &ideal());
+        let rules: Vec<_> = checked.diagnostics.iter().map(|found| found.rule).collect();
+        assert!(rules.iter().any(|rule| rule.starts_with("limit-")), "{text}: {rules:?}");
+    }
+    let at_the_bound = check(b"G0 X-1000000\nX1000000\nM30", &ideal());
+    assert_eq!(at_the_bound.errors, 0);
+}
+
 #[test]
 fn the_reference_is_that_of_the_tables() {
     let mut text = String::from(

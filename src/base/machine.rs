@@ -144,6 +144,9 @@ pub struct Spindle {
 
 /// Entries of a node's buffer: the firmware has these, always.
 pub const BUFFER_TICKS: u32 = 1500;
+/// Greatest machine position on any axis, mm or degrees: with at most 10^6 steps a mm positions in
+/// steps stay below 10^12, where an f64 still tells 10^-4 steps apart.
+pub const POSITION_MOST: f64 = 1e6;
 /// The host's ID on the bus, which the firmware knows as the start command.
 pub const HOST_ID: u8 = 120;
 /// Zero entries at the end of every buffer, at least: the bus at rest before a refill (H11).

@@ -41,6 +41,7 @@ rules! {
     BAD_VALUE Error "bad-value" "A word has a value that it cannot have.";
     NO_MOTION_MODE Error "no-motion-mode" "Axis words where no motion code is in force.";
     NO_FEED Error "no-feed" "G1, G2 or G3 where no feed has been given.";
+    FEED_TOO_LOW Error "feed-too-low" "A movement would take longer than a day at its feed.";
     MISSING_AXIS Error "missing-axis" "A word moves an axis that the machine does not have.";
     MACHINE_COORDINATES Error "machine-coordinates" "G53 stands in a block without a G0 or G1 movement.";
     ARC_CENTER Error "arc-center" "An arc has neither a centre nor a radius, or both.";

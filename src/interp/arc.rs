@@ -201,6 +201,25 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
+/// Angle that an arc turns by, all turns included; never negative.
+pub(super) fn sweep_rad(
+    start: [f64; 2],
+    end: [f64; 2],
+    center: [f64; 2],
+    ccw: bool,
+    turns: u32,
+) -> f64 {
+    use std::f64::consts::TAU;
+    let (from, to) = if ccw { (start, end) } else { (end, start) };
+    let is_full = distance(start, end) <= FULL_CIRCLE_MM;
+    let part = (angle(to, center) - angle(from, center)).rem_euclid(TAU);
+    (if is_full { TAU } else { part }) + TAU * f64::from(turns)
+}
+
+fn angle(point: [f64; 2], center: [f64; 2]) -> f64 {
+    (point[1] - center[1]).atan2(point[0] - center[0])
+}
+
 /// Least and greatest position of an arc on the plane's first and second axis: its ends, and
 /// where it crosses the directions of the axes. A radius that changes from start to end is taken
 /// linearly over the angle.
@@ -211,17 +230,14 @@ pub(super) fn bounds_mm(
     ccw: bool,
     turns: u32,
 ) -> [[f64; 2]; 2] {
-    use std::f64::consts::{FRAC_PI_2, TAU};
+    use std::f64::consts::FRAC_PI_2;
     let mut bounds = [0, 1].map(|i| [start[i].min(end[i]), start[i].max(end[i])]);
     let radii = [distance(start, center), distance(end, center)];
-    let angle = |p: [f64; 2]| (p[1] - center[1]).atan2(p[0] - center[0]);
     // From here on counter-clockwise: an arc read from its end is one the other way round.
-    let (from, to) = if ccw { (start, end) } else { (end, start) };
+    let from = if ccw { start } else { end };
     let radii = if ccw { radii } else { [radii[1], radii[0]] };
-    let from_angle = angle(from);
-    let is_full = distance(start, end) <= FULL_CIRCLE_MM;
-    let part = (angle(to) - from_angle).rem_euclid(TAU);
-    let sweep = if is_full { TAU } else { part } + TAU * f64::from(turns);
+    let from_angle = angle(from, center);
+    let sweep = sweep_rad(start, end, center, ccw, turns);
     let first = (from_angle / FRAC_PI_2).ceil() as i64;
     // Four directions a turn; more turns meet the same ones.
     for quarter in first..first + 4 {

@@ -7,6 +7,7 @@
 
 mod arc;
 mod check;
+mod duration;
 mod execute;
 mod findings;
 mod motion;

@@ -8,6 +8,7 @@ use crate::base::{Machine, Source};
 use crate::gcode::{Block, Fault, Lines, rules};
 
 use super::Options;
+use super::duration::too_slow;
 use super::execute::{Executor, Flow, Output};
 use super::findings::{Findings, Place};
 use super::motion::Motion;
@@ -137,7 +138,9 @@ impl<'a> Run<'a> {
             let mut out = Output { line: line.number, motions, faults: &mut self.faults };
             let first = out.motions.len();
             flow = self.executor.run(&self.block, &mut out);
-            judge(&mut self.travel, &self.executor, &motions[first..], &self.block, place);
+            let made = &motions[first..];
+            let faults = &mut self.faults;
+            judge(&mut self.travel, &self.executor, made, &self.block, place, faults);
         }
         if !self.faults.is_empty() {
             self.findings.take(&mut self.faults, place);
@@ -167,7 +170,8 @@ impl<'a> Run<'a> {
         let flow = self.executor.run(block, &mut out);
         let calls = std::mem::take(&mut self.calls);
         let place = Place { line, text, calls: &calls };
-        judge(&mut self.travel, &self.executor, &motions[first..], block, place);
+        let made = &motions[first..];
+        judge(&mut self.travel, &self.executor, made, block, place, &mut self.faults);
         if !self.faults.is_empty() {
             self.findings.take(&mut self.faults, place);
         }
@@ -287,18 +291,24 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Holds what a block has made against the machine's travel.
+/// Holds what a block has made against the machine's travel and a day's time, while the program is
+/// checked.
 fn judge(
     travel: &mut Option<Travel>,
     executor: &Executor<'_>,
     motions: &[Motion],
     block: &Block,
     place: Place<'_>,
+    faults: &mut Vec<Fault>,
 ) {
     let Some(travel) = travel else { return };
+    let open = executor.open_axes();
     for motion in motions {
         if let Motion::Move(step) = motion {
-            travel.add(step, block, place, executor.open_axes());
+            travel.add(step, block, place, open);
+            if open.is_empty() {
+                faults.extend(too_slow(step, block));
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 //! A program that leaves the travel usually does so in many blocks: each axis and side is reported
 //! once, at the block that goes furthest, with the count.
 
+use crate::base::machine::POSITION_MOST;
 use crate::base::{Axis, AxisMap, AxisSet, Machine, Point};
 use crate::gcode::{Block, Fault, rules};
 
@@ -17,7 +18,8 @@ const ROUNDING_MM: f64 = 1e-6;
 #[derive(Debug)]
 pub(super) struct Travel {
     axes: Vec<Axis>,
-    limits_mm: AxisMap<Option<[f64; 2]>>,
+    /// The travel; where there is none, the positions that can be told apart in steps.
+    limits_mm: AxisMap<[f64; 2]>,
     extents_mm: AxisMap<[f64; 2]>,
     breaches: Vec<Breach>,
     any: bool,
@@ -40,10 +42,14 @@ struct Breach {
 
 impl Travel {
     pub fn new(machine: &Machine, ignore_limits: bool) -> Travel {
-        let limit = |axis| machine.axis(axis).and_then(|profile| profile.travel_mm);
+        let everywhere = [-POSITION_MOST, POSITION_MOST];
+        let limit = |axis| {
+            let travel_mm = machine.axis(axis).and_then(|profile| profile.travel_mm);
+            travel_mm.filter(|_| !ignore_limits).unwrap_or(everywhere)
+        };
         Travel {
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
-            limits_mm: AxisMap::from_fn(|axis| if ignore_limits { None } else { limit(axis) }),
+            limits_mm: AxisMap::from_fn(limit),
             extents_mm: AxisMap::from_fn(|_| [f64::INFINITY, f64::NEG_INFINITY]),
             breaches: Vec::new(),
             any: false,
@@ -78,7 +84,7 @@ impl Travel {
     fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, open: AxisSet) {
         let extent = &mut self.extents_mm[axis];
         *extent = [extent[0].min(at[0]), extent[1].max(at[1])];
-        let Some([least, greatest]) = self.limits_mm[axis] else { return };
+        let [least, greatest] = self.limits_mm[axis];
         if !open.contains(axis) && (at[0] < least - ROUNDING_MM || at[1] > greatest + ROUNDING_MM) {
             if at[0] < least - ROUNDING_MM {
                 self.breach(axis, false, at[0], block, place);
@@ -135,7 +141,7 @@ impl Travel {
     /// Reports every breach of the travel.
     pub fn report(&self, findings: &mut Findings) {
         for breach in &self.breaches {
-            let Some([least, greatest]) = self.limits_mm[breach.axis] else { continue };
+            let [least, greatest] = self.limits_mm[breach.axis];
             let axis = breach.axis;
             let unit = if axis.is_rotary() { "deg" } else { "mm" };
             let (by, [below, above]) = if breach.above {

@@ -5,15 +5,12 @@ use std::collections::BTreeMap;
 
 use super::keys::Keys;
 use super::{
-    AxisProfile, BUFFER_TICKS, Bus, HOST_ID, Machine, Master, ProfileError, Protocol, Rapid,
-    Spindle, canonical,
+    AxisProfile, BUFFER_TICKS, Bus, HOST_ID, Machine, Master, POSITION_MOST, ProfileError,
+    Protocol, Rapid, Spindle, canonical,
 };
 use crate::base::{Axis, AxisSet, Point};
 
-/// Greatest machine position, mm or degrees. With [`STEPS_MOST`] positions in steps stay below
-/// 10^12, where an f64 still tells 10^-4 steps apart.
-const POSITION_MOST: f64 = 1e6;
-/// Most steps a mm or degree.
+/// Most steps a mm or degree; see [`POSITION_MOST`].
 const STEPS_MOST: f64 = 1e6;
 /// Most steps a tick without a bus: what keeps sums over windows of ticks within an i32.
 const COUNT_MOST: u32 = 1_000_000;

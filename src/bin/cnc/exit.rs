@@ -1,5 +1,6 @@
 //! How a command ends: exit codes, and errors that know theirs.
 
+use std::io;
 use std::process::ExitCode;
 
 /// A command that ran to its end.
@@ -20,7 +21,7 @@ pub enum Exit {
 /// A command that could not go on: the code to exit with, and why.
 #[derive(Debug)]
 pub struct Failure {
-    /// 1 bad input, 2 usage, profile or file trouble, 3 port, bus or node.
+    /// 1 bad input, 2 usage, profile or file trouble, 3 port, bus or node, 130 interrupted.
     pub code: u8,
     /// Why, with its causes.
     pub error: anyhow::Error,
@@ -67,10 +68,18 @@ pub fn code(outcome: Outcome) -> ExitCode {
     }
 }
 
+/// A result that nobody reads to its end is no failure, and the verdict stands.
+pub fn unless_unread(written: io::Result<()>) -> io::Result<()> {
+    written.or_else(|error| match error.kind() {
+        io::ErrorKind::BrokenPipe => Ok(()),
+        _ => Err(error),
+    })
+}
+
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         cause
-            .downcast_ref::<std::io::Error>()
-            .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+            .downcast_ref::<io::Error>()
+            .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
     })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
-use cnc::base::machine::ProfileError;
+use cnc::base::machine::{POSITION_MOST, ProfileError};
 use cnc::base::{Machine, Point, Source};
 
 use crate::args::Global;
@@ -73,8 +73,9 @@ impl std::str::FromStr for Start {
 
     fn from_str(text: &str) -> Result<Start, String> {
         let number = |part: &str| {
-            let number = part.trim().parse().ok().filter(|number: &f64| number.is_finite());
-            number.ok_or_else(|| format!("'{part}' is no number"))
+            let number =
+                part.trim().parse().ok().filter(|number: &f64| number.abs() <= POSITION_MOST);
+            number.ok_or_else(|| format!("'{part}' is no position"))
         };
         let values = text.split(',').map(number).collect::<Result<Vec<f64>, String>>()?;
         if !(3..=AXES).contains(&values.len()) {
@@ -102,7 +103,7 @@ mod tests {
         let start: Start = "75, -50,1.5".parse().unwrap();
         assert_eq!(start.position_mm(&ideal).0[..4], [75.0, -50.0, 1.5, 0.0]);
         assert_eq!(start.to_string().parse(), Ok(start));
-        for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
+        for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,2,1e7", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
             assert!(bad.parse::<Start>().is_err(), "{bad}");
         }
     }

@@ -1,38 +1,123 @@
 //! Files that commands write: each appears whole or not at all.
 
-use std::fs::{File, Permissions};
-use std::io::{BufWriter, Write};
+use std::fs::{self, File, Permissions};
+use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
+use tempfile::TempPath;
 
 use crate::exit::Failure;
+use crate::interrupt::Interrupts;
 
 /// Where a file's content goes while it is made.
-pub type Out = BufWriter<File>;
+pub type Out = BufWriter<Part>;
 
-/// Writes a file through a temporary one beside it, which takes its place once all is written.
-/// What is there already and is no file (a device, a pipe) is written to as it is.
+/// Most links that a name is followed through.
+const LINKS_MAX: usize = 40;
+
+/// A file that is written through a temporary one beside it, which takes its place once all is
+/// written. What is there already and is no file (a device, a pipe) is written to as it is; a
+/// symbolic link stays, and what it leads to is written.
+pub struct WholeFile {
+    part: Part,
+    /// The temporary file, and where it belongs.
+    place: Option<(TempPath, PathBuf)>,
+}
+
+/// What has been written of a file so far. Its errors name the file.
+pub struct Part {
+    file: File,
+    path: PathBuf,
+    /// The operator's stops, and how many do not mean this file: the temporary file would be left
+    /// behind if they ended the process.
+    interrupts: Option<(Interrupts, usize)>,
+}
+
+impl WholeFile {
+    /// Makes sure that a file can be written.
+    pub fn create(path: &Path) -> anyhow::Result<WholeFile> {
+        let context = || format!("{} cannot be written", path.display());
+        if path.exists() && !path.is_file() {
+            let file = File::create(path).with_context(context)?;
+            let part = Part { file, path: path.to_owned(), interrupts: None };
+            return Ok(WholeFile { part, place: None });
+        }
+        let target = followed(path);
+        let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(anyhow!("there is no folder {}", folder.display())).with_context(context);
+        }
+        let interrupts = Interrupts::watch()?;
+        let permissions = Permissions::from_mode(0o666);
+        let file = tempfile::Builder::new().permissions(permissions).tempfile_in(folder);
+        let (file, temporary) = file.with_context(context)?.into_parts();
+        let part = Part { file, path: path.to_owned(), interrupts: Some((interrupts, 0)) };
+        Ok(WholeFile { part, place: Some((temporary, target)) })
+    }
+
+    /// Writes the file. When the operator stops that, what was there before stays.
+    pub fn write(
+        mut self,
+        write: impl FnOnce(&mut Out) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        if let Some((interrupts, before)) = &mut self.part.interrupts {
+            *before = interrupts.count();
+        }
+        let path = self.part.path.clone();
+        let mut out = BufWriter::new(self.part);
+        let written = write(&mut out).and_then(|()| Ok(out.flush()?));
+        if out.get_ref().is_interrupted() {
+            let error = anyhow!("interrupted: {} is not written", path.display());
+            return Err(Failure { code: 130, error });
+        }
+        written?;
+        if let Some((temporary, target)) = self.place {
+            let context = || format!("{} cannot be written", path.display());
+            temporary.persist(target).with_context(context)?;
+        }
+        Ok(())
+    }
+}
+
+impl Part {
+    fn is_interrupted(&self) -> bool {
+        self.interrupts.as_ref().is_some_and(|(interrupts, before)| interrupts.count() > *before)
+    }
+}
+
+impl Write for Part {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_interrupted() {
+            return Err(io::Error::other("interrupted"));
+        }
+        let named = |error: io::Error| {
+            io::Error::new(error.kind(), format!("{}: {error}", self.path.display()))
+        };
+        self.file.write(bytes).map_err(named)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Writes a file whole.
 pub fn whole_file(
     path: &Path,
     write: impl FnOnce(&mut Out) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let context = || format!("{} cannot be written", path.display());
-    if path.exists() && !path.is_file() {
-        let mut out = BufWriter::new(File::create(path).with_context(context)?);
-        write(&mut out)?;
-        return Ok(out.flush().with_context(context)?);
+    WholeFile::create(path)?.write(write)
+}
+
+/// What a symbolic link leads to in the end, whether it is there or not; any other name as it is.
+fn followed(path: &Path) -> PathBuf {
+    let mut path = path.to_owned();
+    for _ in 0..LINKS_MAX {
+        let Ok(next) = fs::read_link(&path) else { break };
+        path = path.parent().unwrap_or(Path::new("")).join(next);
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let part = tempfile::Builder::new()
-        .permissions(Permissions::from_mode(0o666))
-        .tempfile_in(folder.unwrap_or(Path::new(".")))
-        .with_context(context)?;
-    let (file, place) = part.into_parts();
-    let mut out = BufWriter::new(file);
-    write(&mut out)?;
-    out.flush().with_context(context)?;
-    place.persist(path).with_context(context)?;
-    Ok(())
+    path
 }

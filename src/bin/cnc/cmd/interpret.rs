@@ -7,7 +7,7 @@ use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Point, Sev
 use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
 
 use crate::args::Global;
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, Outcome, unless_unread};
 use crate::{input, report};
 
 /// Check an NC program and print what it means
@@ -29,10 +29,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
-    for diagnostic in checked.diagnostics.iter().filter(as_json) {
-        write_error(&mut out, diagnostic)?;
-    }
-    out.flush()?;
+    let errors = checked.diagnostics.iter().filter(as_json);
+    let written = errors.map(|error| write_error(&mut out, error)).collect::<io::Result<()>>();
+    unless_unread(written.and_then(|()| out.flush()))?;
     let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
     report::diagnostics(source.name(), drawn, global);
     report::totals(source.name(), &checked, global);
@@ -72,7 +71,7 @@ struct ErrorLine<'a> {
     calls: &'a [u32],
 }
 
-fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> anyhow::Result<()> {
+fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> {
     let line = ErrorLine {
         r#type: "error",
         rule: diagnostic.rule,
@@ -82,8 +81,7 @@ fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> anyhow::Result<
         help: diagnostic.help.as_deref(),
         calls: &diagnostic.calls,
     };
-    writeln!(out, "{}", serde_json::to_string(&line)?)?;
-    Ok(())
+    writeln!(out, "{}", serde_json::to_string(&line)?)
 }
 
 fn write_summary(

@@ -9,7 +9,7 @@ use cnc::base::machine::{BUILT_IN, Machine, Master, ProfileError, Protocol, Rapi
 use serde_json::{Value, json};
 
 use crate::args::Global;
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, Outcome, unless_unread};
 use crate::input;
 
 /// List, show or check machine profiles
@@ -142,20 +142,20 @@ fn check(out: &mut impl Write, files: &[String], global: &Global) -> Outcome {
     if global.json {
         let files: Vec<Value> =
             results.iter().map(|(file, result)| result_json(file, result)).collect();
-        writeln!(out, "{}", json!({"schema": 1, "ok": bad == 0, "files": files}))?;
+        unless_unread(writeln!(out, "{}", json!({"schema": 1, "ok": bad == 0, "files": files})))?;
     }
     for (file, result) in results {
         match result {
             Ok(machine) => {
                 if !global.json {
-                    writeln!(out, "{file}: ok: {}", machine.name)?;
+                    unless_unread(writeln!(out, "{file}: ok: {}", machine.name))?;
                 }
                 input::warn(&machine, global);
             }
             Err(error) => say!("error: {}", input::unusable(error, global)),
         }
     }
-    out.flush()?;
+    unless_unread(out.flush())?;
     Ok(if bad == 0 { Exit::Ok } else { Exit::BadProfile })
 }
 

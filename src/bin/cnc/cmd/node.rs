@@ -11,8 +11,9 @@ use serde_json::json;
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
+use crate::input;
 use crate::interrupt::Interrupts;
-use crate::{input, output};
+use crate::output::WholeFile;
 
 /// How far this system may be late in reading bytes before the nodes' log calls it a hazard.
 const READ_LATE_US: f64 = 5000.0;
@@ -54,6 +55,7 @@ fn unit(text: &str) -> Result<(Axis, u8), String> {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let mut machine = input::machine(global)?;
+    let executed_file = args.executed.as_deref().map(WholeFile::create).transpose()?;
     machine.bus.baud = args.baud.unwrap_or(machine.bus.baud);
     let units = units(args, &machine)?;
     let interrupts = Interrupts::watch()?;
@@ -75,8 +77,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         Serving { speed: args.speed, once: args.once, entry: &mut entry, stopped: &stopped };
     serve(&mut pty, &mut nodes, serving).context("pseudo-terminal")?;
     let executed = nodes.executed();
-    if let Some(file) = &args.executed {
-        output::whole_file(file, |out| Ok(write_executed(out, &machine, &nodes, &executed)?))?;
+    if let Some(file) = executed_file {
+        file.write(|out| Ok(write_executed(out, &machine, &nodes, &executed)?))?;
     }
     summary(&nodes, &executed, hazards, global)?;
     Ok(Exit::Ok)

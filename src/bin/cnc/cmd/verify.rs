@@ -9,7 +9,7 @@ use cnc::tape::{Header, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
-use crate::exit::{Exit, ExitWith, Outcome};
+use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
 use crate::input::{self, Start};
 use crate::program::{FeedMode, MotionArgs, Program};
 
@@ -64,12 +64,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         .with_context(|| name.clone())
         .or_bad_input()?;
     let mut out = io::stdout().lock();
-    if global.json {
-        writeln!(out, "{}", serde_json::to_string(&report)?)?;
+    let written = if global.json {
+        writeln!(out, "{}", serde_json::to_string(&report)?)
     } else if !global.quiet {
-        print(&mut out, &report, global)?;
-    }
-    out.flush()?;
+        print(&mut out, &report, global)
+    } else {
+        Ok(())
+    };
+    unless_unread(written.and_then(|()| out.flush()))?;
     if global.json || global.quiet {
         report.failures.iter().for_each(|failure| say!("error: {name}: {failure}"));
     }

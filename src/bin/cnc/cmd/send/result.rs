@@ -8,7 +8,7 @@ use cnc::wire::{End, Ending, Job, Position};
 use serde_json::{Map, Value, json};
 
 use crate::args::Global;
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, Outcome, unless_unread};
 
 /// Tells of jobs.
 pub struct Report<'a> {
@@ -152,15 +152,15 @@ impl Report<'_> {
                 result.insert("verify".to_owned(), json!(found.contour));
             }
             result.insert("error".to_owned(), json!(fault));
-            writeln!(io::stdout(), "{}", Value::Object(result))?;
+            unless_unread(writeln!(io::stdout(), "{}", Value::Object(result)))?;
         } else {
             let (ticks, buffers) = (ending.ticks, ending.buffers);
             let (late, late_max) = (ending.late_us as f64 * 1e-3, ending.late_us_max as f64 * 1e-3);
-            writeln!(
+            unless_unread(writeln!(
                 io::stdout(),
                 "{name}: {ticks} ticks acknowledged in {buffers} whole buffers; late by \
                  {late:.1} ms in all, {late_max:.2} ms at most"
-            )?;
+            ))?;
         }
         Ok(exit)
     }

@@ -1,0 +1,5 @@
+(expect: feed-too-low 3:4)
+G0 X0
+G1 F0.0001 X1 (a week)
+F0.1 X0
+M30

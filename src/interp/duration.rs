@@ -1,0 +1,57 @@
+//! How long a move takes at its feed: a feed mistyped by a few places must not make a plan of
+//! years. How fast the machine can go is not asked here.
+
+use crate::base::Axis;
+use crate::gcode::{Block, Fault, rules};
+
+use super::arc::sweep_rad;
+use super::motion::{Move, MoveKind};
+
+/// Longest that one move may take at its feed: a day, in minutes.
+const MOVE_MIN_MAX: f64 = 24.0 * 60.0;
+
+/// What is wrong with a move that takes longer than a day.
+pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
+    let (feed_min, (length, unit)) = match step.kind {
+        MoveKind::Rapid => return None,
+        MoveKind::Line { feed_mm_min } => (feed_mm_min, line_length(step)),
+        MoveKind::Arc { feed_mm_min, .. } => (feed_mm_min, (arc_length_mm(step), "mm")),
+    };
+    let minutes = length / feed_min;
+    if minutes <= MOVE_MIN_MAX {
+        return None;
+    }
+    let days = minutes / MOVE_MIN_MAX;
+    let message = format!("at {feed_min} {unit} a minute this movement takes {days:.1} days");
+    let fault = match block.word(b'F') {
+        Some(word) => Fault::word(&rules::FEED_TOO_LOW, word, message),
+        None => Fault::block(&rules::FEED_TOO_LOW, block, message),
+    };
+    let help = format!("at {} {unit} a minute it takes a day", round_up(length / MOVE_MIN_MAX));
+    Some(fault.help(help))
+}
+
+/// The way in X Y Z; of a move in other axes alone that in U V W, and else in A B C; and its unit.
+fn line_length(step: &Move) -> (f64, &'static str) {
+    let norm = |axes: [Axis; 3]| {
+        axes.into_iter().map(|axis| (step.to[axis] - step.from[axis]).powi(2)).sum::<f64>().sqrt()
+    };
+    [(Axis::LINEAR, "mm"), ([Axis::U, Axis::V, Axis::W], "mm")]
+        .map(|(axes, unit)| (norm(axes), unit))
+        .into_iter()
+        .find(|(length, _)| *length > 0.0)
+        .unwrap_or_else(|| (norm([Axis::A, Axis::B, Axis::C]), "degrees"))
+}
+
+fn arc_length_mm(step: &Move) -> f64 {
+    let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind else { return 0.0 };
+    let [start, end] = [step.from, step.to].map(|point| plane.axes().map(|axis| point[axis]));
+    let radius_mm = (start[0] - center_mm[0]).hypot(start[1] - center_mm[1]);
+    let along_mm = step.to[plane.normal()] - step.from[plane.normal()];
+    (radius_mm * sweep_rad(start, end, center_mm, ccw, turns)).hypot(along_mm)
+}
+
+/// Four decimals at most, never less than the value.
+fn round_up(value: f64) -> f64 {
+    (value * 1e4).ceil() / 1e4
+}
