@@ -29,8 +29,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
-    let errors = checked.diagnostics.iter().filter(as_json);
-    let written = errors.map(|error| write_error(&mut out, error)).collect::<io::Result<()>>();
+    let mut errors = checked.diagnostics.iter().filter(as_json);
+    let written = errors.try_for_each(|error| write_error(&mut out, error));
     unless_unread(written.and_then(|()| out.flush()))?;
     let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
     report::diagnostics(source.name(), drawn, global);
