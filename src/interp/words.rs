@@ -5,10 +5,12 @@ use crate::gcode::{Block, Call, Fault, Word, letter_bit, rules};
 
 use super::execute::Flow;
 
-/// Whether two codes of one group may stand in one block: mist and flood.
+/// Whether two codes of one group may stand in one block: mist and flood; and G80 with the motion
+/// code that follows on what it ends.
 pub(super) fn go_together(a: &Code, b: &Code) -> bool {
     let is_on = |code: &Code| matches!(code.op, Some(Op::MistOn | Op::FloodOn));
-    is_on(a) && is_on(b) && a != b
+    let ends = |code: &Code| code.op == Some(Op::MotionOff);
+    a != b && (is_on(a) && is_on(b) || ends(a) || ends(b))
 }
 
 /// Two codes of one group, which cannot stand in one block.
@@ -32,8 +34,6 @@ pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
         (b'G', 410..=421) => {
             fault.help("let the CAM program compensate, and give the path of the tool's centre")
         }
-        (b'G', 640) => fault.help("write G61: every block ends exactly where it says"),
-        (b'G', 550..=593) => fault.help("write G54 and coordinates from the profile's work zero"),
         _ => fault,
     }
 }

@@ -6,6 +6,9 @@ use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
 use cnc::base::machine::{POSITION_MOST, ProfileError};
 use cnc::base::{Machine, Point, Source};
+use cnc::interp::Tools;
+use cnc::tape::Origin;
+use sha2::{Digest, Sha256};
 
 use crate::args::Global;
 use crate::report;
@@ -16,6 +19,15 @@ pub fn source(file: &Path) -> anyhow::Result<Source> {
         return Source::spool("<stdin>", std::io::stdin().lock()).context("standard input");
     }
     Source::open(file).with_context(|| file.display().to_string())
+}
+
+/// Reads the tool table that `--tools` names, if it does, and what it was for a dump's header.
+pub fn tools(file: Option<&Path>) -> anyhow::Result<(Tools, Option<Origin>)> {
+    let Some(file) = file else { return Ok((Tools::default(), None)) };
+    let name = file.display().to_string();
+    let text = std::fs::read_to_string(file).with_context(|| name.clone())?;
+    let tools = Tools::parse(&text).with_context(|| format!("tool table {name}"))?;
+    Ok((tools, Some(Origin { name, sha256: Sha256::digest(&text).into() })))
 }
 
 /// Loads the profile that `--machine` names, and says its warnings.
