@@ -31,9 +31,6 @@ pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
     let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
     match (code.letter, code.tenths) {
         (b'M', 980) => fault.help("write GR100, or GR P100 L2, for a call of O100"),
-        (b'G', 410..=421) => {
-            fault.help("let the CAM program compensate, and give the path of the tool's centre")
-        }
         _ => fault,
     }
 }
