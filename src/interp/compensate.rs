@@ -8,29 +8,32 @@ use super::execute::{Asked, Executor, MotionMode, Output, is_error};
 use super::words::whole;
 
 impl Executor<'_> {
-    /// G40 to G42.1. What the block has made before it is not of the contour after it.
-    pub(super) fn set_compensation(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
-        if self.compensation.is_some() {
-            self.compensate(block, out);
-        }
-        if op == Op::CompensationOff {
-            self.end_compensation(block, out);
-            return;
-        }
+    /// G40. What the block has made before it is of the contour still.
+    pub(super) fn compensation_off(&mut self, block: &Block, out: &mut Output<'_>) {
+        self.compensate(block, out);
+        self.end_compensation(block, out);
+    }
+
+    /// G41 to G42.1: left or right, the radius from a tool or from D itself.
+    pub(super) fn compensation_on(
+        &mut self,
+        (is_left, by_diameter): (bool, bool),
+        block: &Block,
+        out: &mut Output<'_>,
+    ) {
         if self.compensation.is_some() {
             let message = "compensation is in force already, or has not been led out yet";
             let fault = Fault::block(&rules::COMPENSATION_MODE, block, message);
             out.faults.push(fault.help("write G40 and a straight move before"));
             return;
         }
-        let by_diameter = matches!(op, Op::CompensateLeftBy | Op::CompensateRightBy);
         let Some(radius_mm) = self.radius_mm(by_diameter, block, out.faults) else { return };
         let Some(is_mirrored) = self.frames.arcs_mirrored(self.plane) else {
             let message = "compensation needs equal scaling of its plane, and no turn out of it";
             out.faults.push(Fault::block(&rules::COMPENSATION_MODE, block, message));
             return;
         };
-        let is_left = matches!(op, Op::CompensateLeft | Op::CompensateLeftBy) != is_mirrored;
+        let is_left = is_left != is_mirrored;
         if radius_mm != 0.0 {
             let at = self.position_mm;
             self.compensation = Some(Compensation::new(self.plane, is_left, radius_mm, at));

@@ -368,11 +368,10 @@ impl<'a> Executor<'a> {
             | Op::MistOn
             | Op::FloodOn
             | Op::CoolantOff => self.switch(op, block, out),
-            Op::CompensationOff
-            | Op::CompensateLeft
-            | Op::CompensateLeftBy
-            | Op::CompensateRight
-            | Op::CompensateRightBy => self.set_compensation(op, block, out),
+            Op::CompensationOff => self.compensation_off(block, out),
+            Op::Compensate { left, by_diameter } => {
+                self.compensation_on((left, by_diameter), block, out)
+            }
             Op::Dwell => self.dwell(block, asked, out),
             Op::MachineCoordinates => asked.machine_coordinates = true,
             Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
@@ -415,9 +414,7 @@ impl<'a> Executor<'a> {
             | Op::ArcCounterClockwise
             | Op::Cycle(_)
             | Op::MotionOff => self.set_motion(op, asked),
-            Op::Stop => out.function(0),
-            Op::OptionalStop => out.function(1),
-            Op::PalletStop => out.function(60),
+            Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
             Op::End | Op::EndAndRewind => {
                 out.function(if op == Op::End { 2 } else { 30 });
                 return Flow::End;
@@ -541,6 +538,15 @@ impl<'a> Executor<'a> {
 
 pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
+}
+
+/// The number of the M function of a stop.
+fn stop_number(op: Op) -> u16 {
+    match op {
+        Op::Stop => 0,
+        Op::OptionalStop => 1,
+        _ => 60,
+    }
 }
 
 /// The motion mode that a code sets.
