@@ -230,8 +230,9 @@ impl Executor<'_> {
 
     /// Gives a move its speed; the feed is known.
     pub(super) fn apply_feed(&self, step: &mut Move, turns_only: bool) {
-        let way = length(step);
         let Some(feed) = self.feed else { return };
+        // Measured only where it is asked for: this runs for every move.
+        let way = if self.feed_mode == FeedMode::InverseTime { length(step) } else { 0.0 };
         if let MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } = &mut step.kind {
             let value = if turns_only { feed.deg } else { feed.mm };
             *feed_mm_min = match self.feed_mode {
