@@ -286,6 +286,18 @@ fn an_interrupt_stops_at_rest_and_says_where() {
     assert_ne!(result["axes"]["Y"]["state"], "unknown");
 }
 
+/// Five minutes' worth of bytes are still on the wire when the host closes.
+#[test]
+fn nodes_end_at_an_interrupt_though_bytes_are_on_their_way() {
+    let mut node = Node::start(&["--once", "--speed", "0.01"]);
+    File::options().write(true).open(&node.pty).unwrap().write_all(&[0xff; 12_000]).unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    assert!(node.child.try_wait().unwrap().is_none());
+    let pid = rustix::process::Pid::from_child(&node.child);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    assert!(node.end().contains("0 ticks executed"));
+}
+
 #[test]
 fn a_second_host_is_kept_out() {
     let folder = Folder::new();
