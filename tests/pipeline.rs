@@ -76,6 +76,13 @@ fn bytes_say_the_same_as_counts() {
 }
 
 #[test]
+fn a_start_between_two_steps_is_kept_exactly() {
+    let sample = samples().into_iter().find(|path| path.ends_with("kimm-test.nc")).unwrap();
+    let report = check(&sample, &["--start", "75.004,60.0049,50"]);
+    assert_eq!(report["verdict"], "pass", "{report}");
+}
+
+#[test]
 fn the_thesis_encoder_is_out_of_tolerance() {
     let sample = samples().into_iter().find(|path| path.ends_with("thesis-o001.nc")).unwrap();
     let report = check(&sample, &["--encoder", "thesis"]);

@@ -1,7 +1,7 @@
 //! One block → motion and events, by the modes in force.
 //!
-//! Order in a block: units, F, S, T, then the codes in the order of their groups
-//! ([`Group`]), motion, stop. Whatever is wrong leaves the modes as they would be without the
+//! Order in a block, as RS274/NGC has it: F, S, T, units, then the codes in the order of their
+//! groups ([`Group`]), motion, stop. So an F beside G20 or G21 is still in the units before. Whatever is wrong leaves the modes as they would be without the
 //! fault, so that one fault does not make others; positions that a fault leaves open are known to
 //! be open.
 
@@ -272,19 +272,27 @@ impl<'a> Executor<'a> {
         true
     }
 
-    /// Takes units, F, S and T.
+    /// Takes F, S, T and units.
     fn set_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
-        let before = self.mm_per_unit;
+        self.set_free_words(block, asked, out);
+        self.mm_per_unit = self.units_after();
+    }
+
+    /// Millimetres a unit once the block's codes are in force.
+    fn units_after(&self) -> f64 {
         match self.codes.first() {
-            Some((_, Op::Inches)) => self.mm_per_unit = MM_PER_INCH,
-            Some((_, Op::Millimetres)) => self.mm_per_unit = 1.0,
-            _ => {}
+            Some((_, Op::Inches)) => MM_PER_INCH,
+            Some((_, Op::Millimetres)) => 1.0,
+            _ => self.mm_per_unit,
         }
+    }
+
+    fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if block.letters() & FREE_LETTERS & !letter_bit(b'G') == 0 {
             return;
         }
         if let Some(word) = block.word(b'F') {
-            self.set_feed(word, before, out.faults);
+            self.set_feed(word, out.faults);
         }
         if let Some(word) = block.word(b'S') {
             self.set_speed(word, out);
@@ -306,7 +314,7 @@ impl<'a> Executor<'a> {
         self.codes.iter().any(|(_, other)| *other == op)
     }
 
-    fn set_feed(&mut self, word: &Word, mm_per_unit_before: f64, faults: &mut Vec<Fault>) {
+    fn set_feed(&mut self, word: &Word, faults: &mut Vec<Fault>) {
         self.feed_missed = false;
         let feed = Feed { mm_min: word.value * self.mm_per_unit, deg_min: word.value };
         self.feed = Some(feed).filter(|feed| feed.deg_min > 0.0);
@@ -314,11 +322,13 @@ impl<'a> Executor<'a> {
             self.feed_missed = true;
             faults.push(Fault::word(&rules::BAD_VALUE, word, "a feed cannot be negative"));
         }
-        if mm_per_unit_before != self.mm_per_unit {
+        if self.units_after() != self.mm_per_unit {
             let (unit, other) =
                 if self.mm_per_unit == 1.0 { ("mm", "inches") } else { ("inches", "mm") };
-            let message =
-                format!("{word} is taken in {unit} a minute; other controls take it in {other}");
+            let message = format!(
+                "{word} is taken in {unit} a minute, the units before this block; other controls \
+                 take it in {other}"
+            );
             let fault = Fault::word(&rules::FEED_UNITS, word, message);
             faults.push(fault.help("change the units in a block before"));
         }
@@ -346,7 +356,7 @@ impl<'a> Executor<'a> {
     fn execute(&mut self, op: Op, block: &Block, asked: &mut Asked, out: &mut Output<'_>) -> Flow {
         let spindle_rpm = self.spindle_rpm;
         match op {
-            Op::Inches | Op::Millimetres => {} // done before F
+            Op::Inches | Op::Millimetres => {} // done after F
             // What is in force anyway: the other codes of these groups are not supported.
             Op::FeedPerMinute
             | Op::SpindleSpeedConstant

@@ -17,7 +17,8 @@ pub use summary::{Seam, SeamKind, Summary};
 
 use std::iter::Fuse;
 
-use crate::base::{Axis, AxisMap, Command, Machine, Point, Tick};
+use crate::base::axis::AXES;
+use crate::base::{AxisMap, Command, Machine, Point, Tick};
 use crate::path::Curve;
 use crate::plan::{Moment, Planned, Profile};
 
@@ -29,7 +30,9 @@ where
     Interpolator {
         plan: plan.fuse(),
         tick_s: machine.bus.tick_s(),
-        axes: machine.axes.iter().map(|axis| (axis.axis, axis.steps_per_mm)).collect(),
+        steps_per_mm: AxisMap::from_fn(|axis| {
+            machine.axis(axis).map_or(0.0, |profile| profile.steps_per_mm)
+        }),
         steps: machine.nearest_steps(&start_mm),
         done: 0,
         track: None,
@@ -42,8 +45,9 @@ where
 pub struct Interpolator<I> {
     plan: I,
     tick_s: f64,
-    /// The machine's axes and their steps a mm.
-    axes: Vec<(Axis, f64)>,
+    /// Steps a mm; 0 on axes that the machine lacks. All nine are computed in every tick, which
+    /// takes vector instructions and no branch.
+    steps_per_mm: AxisMap<f64>,
     /// Rounded position at the last boundary.
     steps: AxisMap<i64>,
     /// Ticks given out.
@@ -62,7 +66,7 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
             if let Some(track) = &self.track
                 && self.done < track.profile.end.tick
             {
-                let steps = track.steps_at(self.done + 1, self.tick_s, &self.axes);
+                let steps = track.steps_at(self.done + 1, self.tick_s, &self.steps_per_mm);
                 return Some(Ok(Command::Tick(self.tick_to(&steps))));
             }
             let next = match self.waiting.take() {
@@ -79,7 +83,9 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
             }
             match next? {
                 Planned::Event(event) => return Some(Ok(Command::Event(event))),
-                Planned::Profile(profile) => self.track = Some(Track::new(profile, &self.axes)),
+                Planned::Profile(profile) => {
+                    self.track = Some(Track::new(profile, &self.steps_per_mm))
+                }
             }
         }
     }
@@ -107,10 +113,10 @@ impl<I> Interpolator<I> {
     /// The steps from the last boundary to a position, given in steps not yet rounded.
     fn tick_to(&mut self, exact_steps: &AxisMap<f64>) -> Tick {
         let mut counts = AxisMap::default();
-        for &(axis, _) in &self.axes {
-            let steps = round(exact_steps[axis]);
-            counts[axis] = (steps - self.steps[axis]) as i32;
-            self.steps[axis] = steps;
+        for i in 0..AXES {
+            let steps = round(exact_steps.0[i]);
+            counts.0[i] = (steps - self.steps.0[i]) as i32;
+            self.steps.0[i] = steps;
         }
         self.done += 1;
         let (buffer, line) = match &self.track {
@@ -131,34 +137,36 @@ struct Track {
 }
 
 impl Track {
-    fn new(profile: Box<Profile>, axes: &[(Axis, f64)]) -> Track {
-        let from_steps = in_steps(&profile.start_mm(), axes);
-        let to_steps = in_steps(&profile.end_mm(), axes);
+    fn new(profile: Box<Profile>, steps_per_mm: &AxisMap<f64>) -> Track {
+        let from_steps = in_steps(&profile.start_mm(), steps_per_mm);
+        let to_steps = in_steps(&profile.end_mm(), steps_per_mm);
         Track { profile, from_steps, to_steps }
     }
 
     /// Position at a boundary before the piece's end, or at it. On a line the way between the
     /// ends is shared out, which is three times as fast as to ask the segment.
-    fn steps_at(&self, boundary: u64, tick_s: f64, axes: &[(Axis, f64)]) -> AxisMap<f64> {
+    fn steps_at(&self, boundary: u64, tick_s: f64, steps_per_mm: &AxisMap<f64>) -> AxisMap<f64> {
         let Curve::Line = self.profile.segment.curve else {
-            return in_steps(&self.profile.position_at(boundary, tick_s), axes);
+            return in_steps(&self.profile.position_at(boundary, tick_s), steps_per_mm);
         };
         let share = self.profile.share_at(boundary, tick_s);
         if share >= 1.0 {
             return self.to_steps;
         }
         let mut steps = AxisMap::default();
-        for &(axis, _) in axes {
-            let from = self.from_steps[axis];
-            steps[axis] = from + (self.to_steps[axis] - from) * share;
+        for i in 0..AXES {
+            let from = self.from_steps.0[i];
+            steps.0[i] = from + (self.to_steps.0[i] - from) * share;
         }
         steps
     }
 }
 
-fn in_steps(position_mm: &Point, axes: &[(Axis, f64)]) -> AxisMap<f64> {
+fn in_steps(position_mm: &Point, steps_per_mm: &AxisMap<f64>) -> AxisMap<f64> {
     let mut steps = AxisMap::default();
-    axes.iter().for_each(|&(axis, steps_per_mm)| steps[axis] = position_mm[axis] * steps_per_mm);
+    for i in 0..AXES {
+        steps.0[i] = position_mm.0[i] * steps_per_mm.0[i];
+    }
     steps
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::base::machine::Bus;
-use crate::base::{Axis, AxisSet, Command, EventKind, Machine, Tick};
+use crate::base::{AxisMap, Command, EventKind, Machine, Tick};
 use crate::plan::limits::Bound;
 use crate::plan::{Planned, Profile};
 
@@ -22,8 +22,6 @@ pub struct Summary {
     pub events: u64,
     /// Everything but the program's own feed that set the speed of some segment.
     pub bounds: BTreeSet<Bound>,
-    /// Steps from the start, signed.
-    pub end_steps: crate::base::AxisMap<i64>,
     buffers: Vec<Buffer>,
     last_profile: Option<ProfileEnd>,
 }
@@ -32,7 +30,8 @@ pub struct Summary {
 #[derive(Clone, Debug)]
 struct Buffer {
     ticks: u64,
-    moving: AxisSet,
+    /// All counts of each axis, or-ed: 0 where an axis rests throughout.
+    moved: AxisMap<i32>,
     line: u32,
     end: SeamKind,
 }
@@ -113,17 +112,14 @@ impl Summary {
     fn tick(&mut self, tick: &Tick) {
         self.ticks += 1;
         while self.buffers.len() <= tick.buffer as usize {
-            let moving = AxisSet::EMPTY;
-            self.buffers.push(Buffer { ticks: 0, moving, line: 0, end: SeamKind::Rest });
+            let moved = AxisMap::default();
+            self.buffers.push(Buffer { ticks: 0, moved, line: 0, end: SeamKind::Rest });
         }
         let Some(buffer) = self.buffers.last_mut() else { return };
         buffer.ticks += 1;
         buffer.line = tick.line;
-        for axis in Axis::ALL {
-            if tick.counts[axis] != 0 {
-                buffer.moving.insert(axis);
-                self.end_steps[axis] += i64::from(tick.counts[axis]);
-            }
+        for (moved, count) in buffer.moved.0.iter_mut().zip(tick.counts.0) {
+            *moved |= count;
         }
     }
 
@@ -183,7 +179,8 @@ impl Buffer {
     /// Filling the nodes that move, one after the other.
     fn fill_s(&self, bus: &Bus) -> f64 {
         let bytes = bus.buffer_ticks + FILL_EXTRA_BYTES;
-        self.moving.iter().count() as f64 * wire_s(bytes, bus)
+        let moving = self.moved.0.iter().filter(|moved| **moved != 0).count();
+        moving as f64 * wire_s(bytes, bus)
     }
 
     /// The zero entries after the last motion, as fast as answers come.

@@ -116,8 +116,9 @@ impl<W: Write> Writer<W> {
         self.row(tick)?;
         self.ticks += 1;
         self.tick_text.increment();
-        for (position, count) in self.position_steps.0.iter_mut().zip(tick.counts.0) {
-            *position = position.saturating_add(i64::from(count));
+        for column in &self.columns {
+            let position = &mut self.position_steps.0[*column];
+            *position = position.saturating_add(i64::from(tick.counts.0[*column]));
         }
         Ok(())
     }

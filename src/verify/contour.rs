@@ -11,7 +11,7 @@
 
 use super::edges::Edges;
 use super::executed::Executed;
-use super::feed::{Feed, FeedError};
+use super::feed::{Feed, FeedError, Standing};
 use super::report::{BlockError, Place};
 use super::sweep::{Death, Sweep};
 use super::{Cause, Setup, VerifyError};
@@ -147,22 +147,25 @@ where
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
         let mut edges = Edges::new(self.path()?, self.setup.machine, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(None) };
-        let mut feed = Feed::new(self.setup, first.feed_mm_s);
+        let mut standing = Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s };
+        let mut feed = Feed::new(self.setup, standing);
         let mut blocks = Blocks::default();
         // The chords here may be coarser than those of the ladder that the distance comes from.
         let mut sweep = Sweep::new([distance_mm + 3.0 * sagitta_mm], start, first);
-        let (mut along_mm, mut line) = (0.0, first.line);
+        let mut line = first.line;
         for point in executed.by_ref() {
             let point = point?;
             if point.moved {
                 sweep.advance(point.tick, point.at, || edges.next())?;
-                let Some(near) = sweep.nearest(along_mm) else { return Ok(None) };
+                let Some(near) = sweep.nearest(standing.along_mm) else { return Ok(None) };
                 blocks.add(near.distance_mm, Place { tick: point.tick, line: near.line });
-                (along_mm, line) = (near.along_mm, near.line);
-                feed.tick(along_mm, near.feed_mm_s, Place { tick: point.tick, line });
+                let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);
+                standing = Standing { at: point.at, along_mm, feed_mm_s };
+                line = near.line;
             } else {
-                feed.tick(along_mm, 0.0, Place { tick: point.tick, line });
+                standing.feed_mm_s = 0.0;
             }
+            feed.tick(standing, Place { tick: point.tick, line });
         }
         Ok(Some(Matched {
             rms_mm: blocks.rms_mm(),

@@ -1,14 +1,24 @@
-//! Speed along the path against F: mean speed over windows of 20 ticks, on the path that tick
-//! points were matched with. Slower is not judged; rapids have no feed.
+//! Speed along the path against F: mean speed over windows of 20 ticks. Slower is not judged;
+//! rapids have no feed.
+//!
+//! The way of a window is measured twice, and the lesser counts:
+//!
+//! - on the path that tick points were matched with. Where the path turns back on itself within
+//!   the tolerance it runs on at once, though nothing has moved;
+//! - on what was executed, by chords of five ticks. Rounding makes them longer by no more than is
+//!   allowed for it: along a line their errors cancel.
 
 use std::collections::VecDeque;
 
 use super::Setup;
+use super::edges::{Vector, difference, dot};
 use super::report::Place;
 use crate::base::Axis;
 
 /// Ticks of a window.
 const WINDOW_TICKS: usize = 20;
+/// Ticks of a chord of what was executed.
+const CHORD_TICKS: usize = 5;
 /// What the mean speed may exceed the feed by, in parts of it.
 const EXCESS_SHARE: f64 = 0.01;
 /// What rounding may add to the way of a window.
@@ -34,45 +44,55 @@ pub struct FeedWindow {
     pub at: Place,
 }
 
+/// Where the machine stands after a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing {
+    /// Executed position.
+    pub at: Vector,
+    /// Where on the path that is.
+    pub along_mm: f64,
+    /// The path's greatest feed on the way there; 0 if there was no way, infinite for a rapid.
+    pub feed_mm_s: f64,
+}
+
 /// Takes ticks one by one.
 #[derive(Debug)]
 pub struct Feed {
     tick_s: f64,
     rounding_mm: f64,
-    /// Along the path after each tick of the window and before its first, and the greatest feed
-    /// on the way there.
-    window: VecDeque<(f64, f64)>,
+    /// After each tick of the window and before its first.
+    window: VecDeque<Standing>,
     found: FeedError,
 }
 
 impl Feed {
-    /// Begins at rest; the path begins with this feed.
-    pub fn new(setup: &Setup, feed_mm_s: f64) -> Feed {
+    /// Begins at rest.
+    pub fn new(setup: &Setup, start: Standing) -> Feed {
         let axes = Axis::LINEAR.into_iter().filter_map(|axis| setup.machine.axis(axis));
         let step_mm = axes.map(|axis| 1.0 / axis.steps_per_mm).fold(0.0, f64::max);
         Feed {
             tick_s: setup.tick_s(),
             rounding_mm: ROUNDING_STEPS * step_mm,
-            window: VecDeque::from([(0.0, feed_mm_s)]),
+            window: VecDeque::from([start]),
             found: FeedError::default(),
         }
     }
 
-    /// After a tick the machine stands so far along the path; the path's greatest feed on the
-    /// way there, 0 if there was none.
-    pub fn tick(&mut self, along_mm: f64, feed_mm_s: f64, at: Place) {
-        self.window.push_back((along_mm, feed_mm_s));
+    /// A tick is over.
+    pub fn tick(&mut self, standing: Standing, at: Place) {
+        self.window.push_back(standing);
         if self.window.len() <= WINDOW_TICKS {
             return;
         }
         // A tick matched with the end of one piece may run on the next already: its feed counts.
-        let feed_mm_s = self.window.iter().map(|(_, feed)| *feed).fold(0.0, f64::max);
-        let from_mm = self.window.pop_front().map_or(0.0, |(along, _)| along);
+        let feed_mm_s = self.window.iter().map(|standing| standing.feed_mm_s).fold(0.0, f64::max);
+        let way_mm = self.way_mm(&standing);
+        self.window.pop_front();
         if feed_mm_s <= 0.0 || feed_mm_s.is_infinite() {
             return;
         }
         let time_s = WINDOW_TICKS as f64 * self.tick_s;
-        let speed_mm_s = (along_mm - from_mm) / time_s;
+        let speed_mm_s = way_mm / time_s;
         let percent = 100.0 * (speed_mm_s / feed_mm_s - 1.0);
         self.found.max_percent = self.found.max_percent.max(percent);
         let allowed_mm_s = feed_mm_s * (1.0 + EXCESS_SHARE) + self.rounding_mm / time_s;
@@ -82,8 +102,52 @@ impl Feed {
         }
     }
 
+    /// The way of a full window that ends here.
+    fn way_mm(&self, last: &Standing) -> f64 {
+        let along_mm = self.window.front().map_or(0.0, |first| last.along_mm - first.along_mm);
+        let corners = self.window.iter().step_by(CHORD_TICKS);
+        let chords = corners.clone().zip(corners.skip(1));
+        let length_mm = |(from, to): (&Standing, &Standing)| {
+            let chord = difference(to.at, from.at);
+            dot(chord, chord).sqrt()
+        };
+        along_mm.min(chords.map(length_mm).sum())
+    }
+
     /// What was found.
     pub fn end(self) -> FeedError {
         self.found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::{AxisMap, Machine};
+
+    /// The worst window of 60 ticks in X at a speed against a feed of 5 mm/s, where the matched
+    /// path runs on by so much at tick 30.
+    fn worst(speed_mm_s: f64, jump_mm: f64) -> FeedWindow {
+        let machine = Machine::load("ideal").unwrap();
+        let start_steps = AxisMap::default();
+        let (tick_us, constant_feed, with_events) = (1000, false, true);
+        let setup = Setup { machine: &machine, tick_us, start_steps, constant_feed, with_events };
+        let standing = |tick: u32| {
+            let along_mm = f64::from(tick) * speed_mm_s * 1e-3;
+            let jump_mm = if tick < 30 { 0.0 } else { jump_mm };
+            Standing { at: [along_mm, 0.0, 0.0], along_mm: along_mm + jump_mm, feed_mm_s: 5.0 }
+        };
+        let mut feed = Feed::new(&setup, standing(0));
+        (1..60).for_each(|tick| feed.tick(standing(tick), Place::default()));
+        feed.end().worst.unwrap()
+    }
+
+    #[test]
+    fn a_path_that_turns_back_within_the_tolerance_is_not_taken_for_speed() {
+        // As a real program did: 2.4 µm back and 2.4 µm on, between two ticks.
+        let window = worst(5.0, 0.0048);
+        assert!(window.speed_mm_s <= window.allowed_mm_s, "{window:?}");
+        let window = worst(5.3, 0.0);
+        assert!(window.speed_mm_s > window.allowed_mm_s, "{window:?}");
     }
 }

@@ -48,18 +48,49 @@ pub fn warn(machine: &Machine, global: &Global) {
     }
 }
 
-/// Reads a position as `--start` takes it: `X,Y,Z`, then further axes in their order if need be.
-pub fn point(text: &str) -> Result<Point, String> {
-    let parts: Vec<&str> = text.split(',').collect();
-    if !(3..=AXES).contains(&parts.len()) {
-        return Err("three numbers are expected, as in 75,50,50".to_owned());
+/// Where a job starts, as `--start` has it: `X,Y,Z`, then further axes in their order if need be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start(Vec<f64>);
+
+impl Start {
+    /// A position on all axes.
+    pub fn at(position_mm: &Point) -> Start {
+        Start(position_mm.0.to_vec())
     }
-    let mut point = Point::ZERO;
-    for (value, part) in point.0.iter_mut().zip(parts) {
-        let number = part.trim().parse().ok().filter(|number: &f64| number.abs() <= POSITION_MOST);
-        *value = number.ok_or_else(|| format!("'{part}' is no position"))?;
+
+    /// The machine position; axes that are not named start at the work zero.
+    pub fn position_mm(&self, machine: &Machine) -> Point {
+        let mut position_mm = machine.work_zero_mm;
+        for (value, named) in position_mm.0.iter_mut().zip(&self.0) {
+            *value = *named;
+        }
+        position_mm
     }
-    Ok(point)
+}
+
+impl std::str::FromStr for Start {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Start, String> {
+        let number = |part: &str| {
+            let number =
+                part.trim().parse().ok().filter(|number: &f64| number.abs() <= POSITION_MOST);
+            number.ok_or_else(|| format!("'{part}' is no position"))
+        };
+        let values = text.split(',').map(number).collect::<Result<Vec<f64>, String>>()?;
+        if !(3..=AXES).contains(&values.len()) {
+            return Err("three numbers are expected, as in 75,50,50".to_owned());
+        }
+        Ok(Start(values))
+    }
+}
+
+/// As it is read; the shortest digits that mean the same number.
+impl std::fmt::Display for Start {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let values: Vec<String> = self.0.iter().map(f64::to_string).collect();
+        write!(f, "{}", values.join(","))
+    }
 }
 
 #[cfg(test)]
@@ -67,10 +98,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_position_is_read_axis_by_axis() {
-        assert_eq!(point("75, -50,1.5").unwrap().0[..4], [75.0, -50.0, 1.5, 0.0]);
+    fn a_start_is_read_axis_by_axis() {
+        let ideal = Machine::load("ideal").unwrap();
+        let start: Start = "75, -50,1.5".parse().unwrap();
+        assert_eq!(start.position_mm(&ideal).0[..4], [75.0, -50.0, 1.5, 0.0]);
+        assert_eq!(start.to_string().parse(), Ok(start));
         for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,2,1e7", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
-            assert!(point(bad).is_err(), "{bad}");
+            assert!(bad.parse::<Start>().is_err(), "{bad}");
         }
     }
 }

@@ -16,6 +16,7 @@ use cnc::tape::{Encoding, Header, Origin};
 
 use crate::args::Global;
 use crate::exit::{Exit, Failure};
+use crate::input::Start;
 use crate::{input, report};
 
 /// Options that change the motion of a job.
@@ -25,8 +26,8 @@ pub struct MotionArgs {
     #[arg(long, value_enum, default_value_t, value_name = "MODE")]
     pub feed: FeedMode,
     /// Machine position at which the job starts, in mm [default: the profile's work zero]
-    #[arg(long, value_name = "X,Y,Z", value_parser = input::point, allow_hyphen_values = true)]
-    pub start: Option<Point>,
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub start: Option<Start>,
 }
 
 /// How speed is planned.
@@ -86,7 +87,8 @@ impl Program {
             );
             return Err(Failure { code: 2, error: reason });
         }
-        let options = interp::Options { start_mm: motion.start, ..Default::default() };
+        let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
+        let options = interp::Options { start_mm, ..Default::default() };
         let checked = interp::check(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
@@ -159,6 +161,9 @@ impl Program {
             Axis::LINEAR.contains(axis) || self.checked.summary.axes_used.contains(*axis)
         };
         let columns = machine.axes.iter().filter(|profile| used(&profile.axis));
+        if let Some(start_mm) = &self.options.start_mm {
+            options.push(("start".to_owned(), Start::at(start_mm).to_string()));
+        }
         Header {
             tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
             program: Origin { name: self.source.name().to_owned(), sha256: self.checked.sha256 },

@@ -17,14 +17,15 @@ pub struct Args {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Where the job starts, in machine coordinates [default: the machine's work zero]
-    #[arg(long, value_name = "X,Y,Z", value_parser = input::point, allow_hyphen_values = true)]
-    start: Option<Point>,
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    start: Option<input::Start>,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
     let source = input::source(&args.file)?;
-    let options = Options { start_mm: args.start, ..Options::default() };
+    let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
+    let options = Options { start_mm, ..Options::default() };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;

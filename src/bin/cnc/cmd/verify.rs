@@ -4,13 +4,13 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
-use cnc::base::{Machine, Point, Source};
+use cnc::base::{Machine, Source};
 use cnc::tape::{Header, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
-use crate::input;
+use crate::input::{self, Start};
 use crate::program::{FeedMode, MotionArgs, Program};
 
 /// Hold a command dump against the path of its program
@@ -146,8 +146,8 @@ fn motion(header: &Header, machine: &Machine) -> anyhow::Result<MotionArgs> {
         if is(option, "feed", "constant") {
             motion.feed = FeedMode::Constant;
         } else if option.0 == "start" {
-            let point = input::point(&option.1).map_err(|reason| anyhow!("{reason}"));
-            motion.start = Some(point.context("option 'start' of the dump's header")?);
+            let start = option.1.parse().map_err(|reason: String| anyhow!(reason));
+            motion.start = Some(start.context("option 'start' of the dump's header")?);
         } else if !is(option, "dialect", "iso") && !is(option, "encoder", "thesis") {
             let (name, value) = option;
             bail!("the dump was made with option {name}={value}, which is not known here");
@@ -157,9 +157,9 @@ fn motion(header: &Header, machine: &Machine) -> anyhow::Result<MotionArgs> {
 }
 
 /// Where the dump starts, unless that is where every job starts.
-fn start(header: &Header, machine: &Machine) -> Option<Point> {
+fn start(header: &Header, machine: &Machine) -> Option<Start> {
     let usual = machine.nearest_steps(&machine.work_zero_mm);
-    (header.start_steps != usual).then(|| machine.position_mm(&header.start_steps))
+    (header.start_steps != usual).then(|| Start::at(&machine.position_mm(&header.start_steps)))
 }
 
 /// The table for people.
