@@ -221,6 +221,13 @@ fn bad_input_is_refused_before_the_port_is_opened() {
     check_refused(&send(port, &fast, &[]), 1, "line 9, tick 0: motion starts or stops");
     check_refused(&send(port, &fast, &["-m", "router"]), 1, "made for machine starmill");
     let good = folder.dump(&job());
+    let scaled = folder.path("scaled.csv");
+    let text = std::fs::read_to_string(&good).unwrap();
+    std::fs::write(&scaled, text.replace("per_mm: X=100", "per_mm: X=200")).unwrap();
+    check_refused(&send(port, &scaled, &[]), 1, "X=200 steps per mm");
+    let long = folder.path("long.nc");
+    std::fs::write(&long, "G1 F0.01 X10\nM30\n").unwrap();
+    check_refused(&send(port, &long, &["-m", "ideal"]), 1, "protocol = \"none\"");
     let cut = folder.path("cut.csv");
     let text = std::fs::read_to_string(&good).unwrap();
     std::fs::write(&cut, &text[..text.len() / 2]).unwrap();

@@ -13,7 +13,7 @@ use cnc::base::{AxisMap, Command, Machine, Progress, Source};
 use cnc::interp::RunError;
 use cnc::plan::Feed;
 use cnc::step::Summary;
-use cnc::wire::{self, ANSWER_PAUSE_US, End, Ending, Job, Master, Nodes, Timing};
+use cnc::wire::{self, ANSWER_PAUSE_US, End, Ending, Job, JobError, Master, Nodes, Timing};
 use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
 use cnc::{tape, verify};
 
@@ -62,8 +62,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     check_speed(args)?;
     if tape::looks_like_dump(&head(&source)?) {
         let machine = input::machine(global)?;
-        let (commands, start_steps) = dump(&source, &machine)?;
-        let job = Job::new(commands, start_steps, &machine).or_bad_input()?;
+        let job = dump(&source, &machine)?;
         return run_job(args, global, &machine, job, None);
     }
     let program = match Program::check(source, input::machine(global)?, &args.motion, global)? {
@@ -72,9 +71,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
-    let commands = program.commands(&summary).collect::<Result<Vec<_>, _>>()?;
     let start_steps = machine.nearest_steps(&program.start_mm());
-    let job = Job::new(commands, start_steps, machine).or_bad_input()?;
+    let job = gather(program.commands(&summary), start_steps, machine)?.or_bad_input()?;
     run_job(args, global, machine, job, Some(&program))
 }
 
@@ -116,9 +114,23 @@ fn head(source: &Source) -> anyhow::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// The commands of a dump, and where the machine has to stand at their start.
-fn dump(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64>), Failure> {
-    let reader = tape::Reader::open(source.clone()).or_bad_input()?;
+/// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the
+/// source, or else of the job.
+fn gather<E>(
+    commands: impl Iterator<Item = Result<Command, E>>,
+    start_steps: AxisMap<i64>,
+    machine: &Machine,
+) -> Result<Result<Job, JobError>, E> {
+    let mut failed = None;
+    let good = commands.map_while(|command| command.map_err(|error| failed = Some(error)).ok());
+    let job = Job::new(good, start_steps, machine);
+    failed.map_or(Ok(job), Err)
+}
+
+/// The job of a dump. Its seal stands at its end, and is checked before anything else is.
+fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
+    let open = || tape::Reader::open(source.clone()).or_bad_input();
+    let reader = open()?;
     let header = reader.header();
     let stranger = |what: &str| {
         let name = source.name();
@@ -132,6 +144,10 @@ fn dump(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64
             machine.id
         ));
     }
+    let scale = |axis| machine.axis(axis).map(|profile| profile.steps_per_mm);
+    if let Some((axis, steps)) = header.steps_per_mm.iter().find(|(a, s)| scale(*a) != Some(*s)) {
+        return stranger(&format!("with {axis}={steps} steps per mm, which the machine has not"));
+    }
     if header.tick_us != machine.bus.tick_us {
         let (made, bus) = (header.tick_us, machine.bus.tick_us);
         return stranger(&format!("with ticks of {made} µs, the bus has {bus} µs"));
@@ -140,8 +156,8 @@ fn dump(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64
         return stranger("with --encoder thesis, which is for comparison only");
     }
     let start_steps = header.start_steps;
-    let commands = reader.collect::<Result<_, _>>().or_bad_input()?;
-    Ok((commands, start_steps))
+    reader.map(|command| command.map(drop)).collect::<Result<(), _>>().or_bad_input()?;
+    gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()
 }
 
 /// Real nodes keep their own time.
