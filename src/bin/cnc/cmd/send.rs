@@ -130,7 +130,7 @@ fn gather<E>(
 /// The job of a dump. Its seal stands at its end, and is checked before anything else is.
 fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
     let open = || tape::Reader::open(source.clone()).or_bad_input();
-    let reader = open()?;
+    let mut reader = open()?;
     let header = reader.header();
     let stranger = |what: &str| {
         let name = source.name();
@@ -156,7 +156,7 @@ fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
         return stranger("with --encoder thesis, which is for comparison only");
     }
     let start_steps = header.start_steps;
-    reader.map(|command| command.map(drop)).collect::<Result<(), _>>().or_bad_input()?;
+    reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
     gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()
 }
 
