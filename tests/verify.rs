@@ -203,6 +203,22 @@ fn a_job_without_motion_passes() {
     assert_eq!((report.verdict, report.ticks), (Verdict::Pass, 0));
 }
 
+/// Paths of less than half a step have no motion, and several pieces.
+#[test]
+fn a_path_shorter_than_a_step_passes() {
+    let machine = starmill();
+    let there_and_back = Drawing::new().line([0.001, 0.0, 0.0]).line([-0.001, 0.0, 0.0]);
+    for drawing in [there_and_back, Drawing::new().arc(0.001, 0.0, 18.0 * PI, 0.002)] {
+        let path = drawing.path;
+        let report = held(&machine, &path, &steps(&machine, &path), false);
+        assert_eq!(report.failures, [""; 0]);
+        assert!(report.max_contour_error_mm < 0.004, "{}", report.max_contour_error_mm);
+    }
+    let path = Drawing::new().line([0.1, 0.0, 0.0]).line([-0.1, 0.0, 0.0]).path;
+    let report = held(&machine, &path, &[], false);
+    assert_eq!(report.verdict, Verdict::Fail, "a skipped stretch");
+}
+
 #[test]
 fn a_removed_row_fails() {
     let report = check_fails("end point", |job| {
