@@ -9,9 +9,9 @@
 //!
 //! The chords that stand for arcs are finer than a thousandth of the bound, which is allowed for.
 
-use super::edges::Edges;
+use super::edges::{Edges, difference, dot};
 use super::executed::Executed;
-use super::feed::{Feed, FeedError};
+use super::feed::{Boundary, Feed, FeedError};
 use super::report::{BlockError, Place};
 use super::sweep::{Death, Sweep};
 use super::{Cause, Setup, VerifyError};
@@ -151,18 +151,21 @@ where
         let mut blocks = Blocks::default();
         // The chords here may be coarser than those of the ladder that the distance comes from.
         let mut sweep = Sweep::new([distance_mm + 3.0 * sagitta_mm], start, first);
-        let (mut along_mm, mut line) = (0.0, first.line);
+        let (mut along_mm, mut chords_mm, mut line, mut at) = (0.0, 0.0, first.line, start);
         for point in executed.by_ref() {
             let point = point?;
+            let mut feed_mm_s = 0.0;
             if point.moved {
                 sweep.advance(point.tick, point.at, || edges.next())?;
                 let Some(near) = sweep.nearest(along_mm) else { return Ok(None) };
                 blocks.add(near.distance_mm, Place { tick: point.tick, line: near.line });
-                (along_mm, line) = (near.along_mm, near.line);
-                feed.tick(along_mm, near.feed_mm_s, Place { tick: point.tick, line });
-            } else {
-                feed.tick(along_mm, 0.0, Place { tick: point.tick, line });
+                (along_mm, line, feed_mm_s) = (near.along_mm, near.line, near.feed_mm_s);
+                let way = difference(point.at, at);
+                chords_mm += dot(way, way).sqrt();
+                at = point.at;
             }
+            let boundary = Boundary { along_mm, chords_mm, feed_mm_s };
+            feed.tick(boundary, Place { tick: point.tick, line });
         }
         Ok(Some(Matched {
             rms_mm: blocks.rms_mm(),

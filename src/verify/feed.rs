@@ -1,5 +1,9 @@
-//! Speed along the path against F: mean speed over windows of 20 ticks, on the path that tick
-//! points were matched with. Slower is not judged; rapids have no feed.
+//! Speed along the path against F: mean speed over windows of 20 ticks. Slower is not judged;
+//! rapids have no feed.
+//!
+//! The way of a window is measured twice: on the path that its tick points were matched with, and
+//! on their chords. Where the path curls within the tolerance the match leaps; rounding makes the
+//! chords zigzag. A machine that is too fast is so on both: the lesser counts.
 
 use std::collections::VecDeque;
 
@@ -34,14 +38,24 @@ pub struct FeedWindow {
     pub at: Place,
 }
 
+/// Where the machine is after a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Boundary {
+    /// How far along the path.
+    pub along_mm: f64,
+    /// How long the chords are up to here.
+    pub chords_mm: f64,
+    /// The path's greatest feed on the way of the tick, 0 if there was none.
+    pub feed_mm_s: f64,
+}
+
 /// Takes ticks one by one.
 #[derive(Debug)]
 pub struct Feed {
     tick_s: f64,
     rounding_mm: f64,
-    /// Along the path after each tick of the window and before its first, and the greatest feed
-    /// on the way there.
-    window: VecDeque<(f64, f64)>,
+    /// The boundaries of the ticks in the window.
+    window: VecDeque<Boundary>,
     found: FeedError,
 }
 
@@ -53,26 +67,26 @@ impl Feed {
         Feed {
             tick_s: setup.tick_s(),
             rounding_mm: ROUNDING_STEPS * step_mm,
-            window: VecDeque::from([(0.0, feed_mm_s)]),
+            window: VecDeque::from([Boundary { along_mm: 0.0, chords_mm: 0.0, feed_mm_s }]),
             found: FeedError::default(),
         }
     }
 
-    /// After a tick the machine stands so far along the path; the path's greatest feed on the
-    /// way there, 0 if there was none.
-    pub fn tick(&mut self, along_mm: f64, feed_mm_s: f64, at: Place) {
-        self.window.push_back((along_mm, feed_mm_s));
+    /// Takes the end of a tick.
+    pub fn tick(&mut self, boundary: Boundary, at: Place) {
+        self.window.push_back(boundary);
         if self.window.len() <= WINDOW_TICKS {
             return;
         }
         // A tick matched with the end of one piece may run on the next already: its feed counts.
-        let feed_mm_s = self.window.iter().map(|(_, feed)| *feed).fold(0.0, f64::max);
-        let from_mm = self.window.pop_front().map_or(0.0, |(along, _)| along);
+        let feed_mm_s = self.window.iter().map(|tick| tick.feed_mm_s).fold(0.0, f64::max);
+        let Some(from) = self.window.pop_front() else { return };
         if feed_mm_s <= 0.0 || feed_mm_s.is_infinite() {
             return;
         }
         let time_s = WINDOW_TICKS as f64 * self.tick_s;
-        let speed_mm_s = (along_mm - from_mm) / time_s;
+        let way_mm = (boundary.along_mm - from.along_mm).min(boundary.chords_mm - from.chords_mm);
+        let speed_mm_s = way_mm / time_s;
         let percent = 100.0 * (speed_mm_s / feed_mm_s - 1.0);
         self.found.max_percent = self.found.max_percent.max(percent);
         let allowed_mm_s = feed_mm_s * (1.0 + EXCESS_SHARE) + self.rounding_mm / time_s;
