@@ -105,6 +105,11 @@ impl Reader {
         self.columns.event.is_some()
     }
 
+    /// Whether the rows have a column for node buffers.
+    pub fn has_buffers(&self) -> bool {
+        self.columns.buffer.is_some()
+    }
+
     fn new(
         header: Header,
         input: BufReader<SourceReader>,

@@ -158,7 +158,7 @@ impl Walker {
             buffer: 0,
             buffer_ticks: 0,
             buffer_worst: (0, Place::default()),
-            buffer_ticks_max: setup.machine.bus.motion_ticks_max(),
+            buffer_ticks_max: setup.machine.bus.motion_ticks_max().filter(|_| setup.with_buffers),
             constant_feed: setup.constant_feed,
             counts_max: AxisMap::default(),
             lacked: None,

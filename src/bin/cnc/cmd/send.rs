@@ -207,6 +207,7 @@ fn verified(program: &Program) -> anyhow::Result<verify::Report> {
         start_steps: machine.nearest_steps(&program.start_mm()),
         constant_feed: program.feed() == Feed::Constant,
         with_events: true,
+        with_buffers: true,
     };
     let summary = RefCell::new(Summary::default());
     let commands = || Ok::<_, RunError>(program.commands(&summary));

@@ -40,7 +40,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if !reader.unused_columns().is_empty() && !global.quiet {
         say!("warning: {name}: columns not used: {}", reader.unused_columns().join(", "));
     }
-    let (header, with_events) = (reader.header().clone(), reader.has_events());
+    let (with_events, with_buffers) = (reader.has_events(), reader.has_buffers());
+    let header = reader.header().clone();
     if !args.unsealed {
         check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
     }
@@ -58,6 +59,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         start_steps: header.start_steps,
         constant_feed: motion.feed == FeedMode::Constant,
         with_events,
+        with_buffers,
     };
     let commands = || open(args, &dump, &program.machine);
     let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
