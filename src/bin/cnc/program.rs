@@ -68,7 +68,7 @@ impl Program {
         global: &Global,
     ) -> Result<Result<Program, Exit>, Failure> {
         let machine = input::machine(global)?;
-        let source = input::source(file)?;
+        let source = input::program(file)?;
         Program::check(source, machine, motion, global)
     }
 

@@ -23,7 +23,7 @@ pub struct Args {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
-    let source = input::source(&args.file)?;
+    let source = input::program(&args.file)?;
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
     let options = Options { start_mm, ..Options::default() };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;

@@ -4,11 +4,10 @@ mod operator;
 mod result;
 
 use std::cell::RefCell;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
 use cnc::interp::RunError;
 use cnc::plan::Feed;
@@ -60,7 +59,7 @@ const SIMULATED: &str = "sim:";
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = input::source(&args.file)?;
     check_speed(args)?;
-    if tape::looks_like_dump(&head(&source)?) {
+    if input::is_dump(&source)? {
         let machine = input::machine(global)?;
         let job = dump(&source, &machine)?;
         return run_job(args, global, &machine, job, None);
@@ -104,14 +103,6 @@ fn run_job(
     } else {
         send(args, &report, job, operator)
     }
-}
-
-/// Enough of a file to tell a dump from a program.
-fn head(source: &Source) -> anyhow::Result<Vec<u8>> {
-    let mut head = Vec::new();
-    let read = source.reader(0).take(16).read_to_end(&mut head);
-    read.with_context(|| source.name().to_owned())?;
-    Ok(head)
 }
 
 /// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the

@@ -33,7 +33,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         return Err(anyhow!("standard input cannot be both the program and the dump").into());
     }
     let machine = input::machine(global)?;
-    let program = input::source(&args.program)?;
+    let program = input::program(&args.program)?;
     let dump = input::source(&args.dump)?;
     let name = dump.name().to_owned();
     let reader = open(args, &dump, &machine).with_context(|| name.clone()).or_bad_input()?;
