@@ -326,8 +326,10 @@ impl Master {
         self.end(End::Interrupted);
     }
 
-    /// Ends the job: the port is gone.
+    /// Ends the job: the port is gone. A node that was in the middle of a ping or a fill would take
+    /// the next host's first bytes for the rest of it.
     pub fn fail_port(&mut self, why: String) {
+        self.power_cycle |= matches!(self.state, State::Sending { .. } | State::Waiting { .. });
         self.doubt_sent_tick();
         self.end(End::Failed(Fault::Port(why)));
     }
