@@ -10,6 +10,9 @@ use cnc::base::{Machine, Point, Source};
 use crate::args::Global;
 use crate::report;
 
+/// Greatest coordinate that is taken: as far as the numbers of a program reach.
+const POSITION_MAX: f64 = 1e9;
+
 /// Opens a file, or spools standard input for `-`.
 pub fn source(file: &Path) -> anyhow::Result<Source> {
     if file == Path::new("-") {
@@ -58,6 +61,9 @@ pub fn point(text: &str) -> Result<Point, String> {
     for (value, part) in point.0.iter_mut().zip(parts) {
         let number = part.trim().parse().ok().filter(|number: &f64| number.is_finite());
         *value = number.ok_or_else(|| format!("'{part}' is no number"))?;
+        if value.abs() > POSITION_MAX {
+            return Err(format!("'{part}' is beyond {POSITION_MAX}"));
+        }
     }
     Ok(point)
 }
@@ -69,7 +75,7 @@ mod tests {
     #[test]
     fn a_position_is_read_axis_by_axis() {
         assert_eq!(point("75, -50,1.5").unwrap().0[..4], [75.0, -50.0, 1.5, 0.0]);
-        for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
+        for bad in ["", "1,2", "1,2,x", "1,2,inf", "1,2,1e10", "1,,2", "1,2,3,4,5,6,7,8,9,10"] {
             assert!(point(bad).is_err(), "{bad}");
         }
     }
