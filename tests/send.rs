@@ -328,3 +328,17 @@ fn an_old_link_is_replaced_and_a_file_is_not() {
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(std::fs::read(&link).unwrap(), b"mine");
 }
+
+#[test]
+fn files_that_cannot_be_written_are_named_before_the_nodes_run() {
+    let folder = Folder::new();
+    let missing = folder.path("none/file");
+    for (option, reason) in [("--executed", "file cannot be written"), ("--link", "with the link")]
+    {
+        let output = cnc().args(["node", option]).arg(&missing).output().unwrap();
+        let message = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && output.stdout.is_empty(), "{output:?}");
+        assert!(message.contains(reason) && message.contains("none/file"), "{message}");
+        assert!(!message.contains("none/.tmp"), "{message}");
+    }
+}

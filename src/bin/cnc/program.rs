@@ -166,7 +166,10 @@ impl Program {
         }
         Header {
             tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
-            program: Origin { name: self.source.name().to_owned(), sha256: self.checked.sha256 },
+            program: Origin {
+                name: self.source.file_name().to_owned(),
+                sha256: self.checked.sha256,
+            },
             inputs: Vec::new(),
             options,
             machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },

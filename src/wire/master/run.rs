@@ -170,6 +170,9 @@ impl Master {
         };
         let Some(master) = buffer.master() else { return };
         if !run.waits() {
+            // Who has made the master answer again may have made every node step again.
+            let axes: Vec<Axis> = buffer.fills.iter().map(|fill| fill.axis).collect();
+            axes.into_iter().for_each(|axis| self.doubtful.insert(axis));
             return self.fail(Fault::Unexpected { got: byte });
         }
         if byte != master.id {
