@@ -504,7 +504,7 @@ impl<'a> Executor<'a> {
     fn feed(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Option<Feed> {
         if self.feed.is_none() && !self.feed_missed {
             self.feed_missed = true;
-            let message = "this movement needs a feed, and none has been given";
+            let message = "this movement needs a feed above zero, and none is in force";
             let fault = Fault::block(&rules::NO_FEED, block, message);
             faults.push(fault.help("write F and the feed in mm (G21) or inches (G20) a minute"));
         }

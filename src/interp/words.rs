@@ -27,14 +27,31 @@ pub(super) fn conflict(rival: &Code, code: &Code, word: &Word) -> Fault {
 pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
     let message = format!("{} is not supported: {}", code.name(), code.meaning);
     let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+    fault.help(remedy(code))
+}
+
+/// What to write instead of a code that is not supported.
+fn remedy(code: &Code) -> &'static str {
     match (code.letter, code.tenths) {
-        (b'M', 980) => fault.help("write GR100, or GR P100 L2, for a call of O100"),
+        (b'M', 980) => "write GR100, or GR P100 L2, for a call of O100",
         (b'G', 410..=421) => {
-            fault.help("let the CAM program compensate, and give the path of the tool's centre")
+            "let the CAM program compensate, and give the path of the tool's centre"
         }
-        (b'G', 640) => fault.help("write G61: every block ends exactly where it says"),
-        (b'G', 550..=593) => fault.help("write G54 and coordinates from the profile's work zero"),
-        _ => fault,
+        (b'G', 430..=432) => "set the work zero for the tool's length, and leave the word out",
+        (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
+        (b'G', 611 | 640) => "write G61: every block ends at rest, exactly where it says",
+        (b'G', 550..=593 | 100 | 520 | 920..=923) => {
+            "write G54 and coordinates from the profile's work zero"
+        }
+        (b'G', 280..=301) => "write the moves, as G53 G0 Z0 and then G53 G0 X0 Y0",
+        (b'G', 901) => "give I J K from the arc's start (G91.1)",
+        (b'G', 930 | 950) => "give F in mm or inches a minute (G94)",
+        (b'G', 960) => "give S in turns a minute (G97)",
+        (b'G', 730..=760 | 810..=890 | 980 | 990) => {
+            "let the CAM program write out the moves of its cycles"
+        }
+        (b'M', 480..=530) => "leave it out: there are no overrides",
+        _ => "leave it out, or let the CAM program write for a control without it",
     }
 }
 

@@ -94,10 +94,9 @@ fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
     let of = &header.machine;
     if of.name != machine.id {
         bail!(
-            "the dump was made for machine '{}', not for '{}'; use --machine {}",
+            "the dump was made for machine '{}', not for '{}'; choose it by --machine",
             of.name,
-            machine.id,
-            of.name
+            machine.id
         );
     }
     if of.sha256 != machine.sha256() {
