@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
+use cnc::base::machine::BUILT_IN;
 use cnc::base::{Machine, Source};
 use cnc::tape::{Header, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
@@ -93,8 +94,10 @@ fn open(args: &Args, dump: &Source, machine: &Machine) -> Result<Reader, TapeErr
 fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
     let of = &header.machine;
     if of.name != machine.id {
+        let is_built_in = BUILT_IN.iter().any(|(id, _)| *id == of.name);
+        let profile = if is_built_in { &of.name } else { "FILE with its profile" };
         bail!(
-            "the dump was made for machine '{}', not for '{}'; choose it by --machine",
+            "the dump was made for machine '{}', not for '{}'; use --machine {profile}",
             of.name,
             machine.id
         );
