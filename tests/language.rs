@@ -141,7 +141,7 @@ fn the_reference_is_that_of_the_tables() {
          `UPDATE=1 cargo test --test language`.\n\n\
          ## Codes\n\nThe codes of one block are executed in the order of their groups as listed \
          in `src/gcode/codes.rs`, units first. Two codes of one group cannot stand in one block, \
-         M7 and M8 excepted.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n",
+         M7 with M8, and G80 with another motion code, excepted.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n",
     );
     for code in codes::CODES {
         let supported = if code.op.is_some() { "yes" } else { "no" };
@@ -163,12 +163,12 @@ fn the_reference_is_that_of_the_tables() {
 #[test]
 fn one_fault_makes_no_others() {
     for (text, expected) in [
-        // A cycle's own words, and the axis words of blocks in its force.
-        ("G81 X1 Z-3 R1 F9\nX2 Y2\nX500\nG80\nM30", &["unsupported-word 1:1"][..]),
+        // The axis words of blocks in the force of a code that is not supported.
+        ("G33 X1 Z-3 K1\nX2 Y2\nX500\nG80\nM30", &["unsupported-word 1:1"][..]),
         // An unknown position makes no arc wrong.
         ("G0 X#1\nG2 X10 I5 F100\nM30", &["unsupported-word 1:4"]),
         // Offsets that are not supported leave open where everything lies.
-        ("G92 X0\nG0 X500\nM30", &["unsupported-word 1:1"]),
+        ("G10 L11 P1 X0\nG0 X500\nM30", &["unsupported-word 1:5"]),
         ("G42 D08\nG1 X1 F100\nX2\nM30", &["unsupported-word 1:1"]),
         ("G1 X1\nX2\nG2 X4 I1\nF10 X1 I-1\nM30", &["no-feed 1:1", "arc-radius 4:1"]),
         // A position that is given again is known again.

@@ -34,7 +34,9 @@ impl Drawing {
         self.line += 1;
         let (from_mm, to_mm) = (xyz(self.at), xyz(to));
         let line = self.line;
-        self.path.push(PathItem::Segment(Segment { line, feed_mm_s, from_mm, to_mm, curve }));
+        let corner = Default::default();
+        let segment = Segment { line, feed_mm_s, from_mm, to_mm, curve, corner };
+        self.path.push(PathItem::Segment(segment));
         self.at = to;
         self
     }

@@ -7,19 +7,26 @@
 
 mod arc;
 mod check;
+mod cycles;
 mod duration;
 mod execute;
+mod feed;
 mod findings;
+mod frames;
 mod motion;
 mod motions;
+mod moves;
+mod offsets;
 mod program;
 mod run;
+mod tools;
 mod travel;
 mod words;
 
 pub use check::{Checked, Summary, check};
-pub use motion::{Motion, Move, MoveKind};
+pub use motion::{Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
+pub use tools::{Tool, Tools, ToolsError};
 
 use crate::base::Point;
 
@@ -30,4 +37,6 @@ pub struct Options {
     pub start_mm: Option<Point>,
     /// Whether to pass over the machine's travel limits.
     pub ignore_travel: bool,
+    /// The tools, for their lengths and diameters.
+    pub tools: Tools,
 }

@@ -72,7 +72,7 @@ pub(super) struct Run<'a> {
 impl<'a> Run<'a> {
     pub fn new(source: &Source, machine: &'a Machine, options: &Options, max: usize) -> Run<'a> {
         Run {
-            executor: Executor::new(machine, options.start_mm.unwrap_or(machine.work_zero_mm)),
+            executor: Executor::new(machine, options),
             findings: Findings::new(max),
             lines: Lines::new(source.reader(0), 0, 1),
             library: Library::new(source),

@@ -5,10 +5,12 @@ use crate::gcode::{Block, Call, Fault, Word, letter_bit, rules};
 
 use super::execute::Flow;
 
-/// Whether two codes of one group may stand in one block: mist and flood.
+/// Whether two codes of one group may stand in one block: mist and flood; and G80 with the motion
+/// code that follows on what it ends.
 pub(super) fn go_together(a: &Code, b: &Code) -> bool {
     let is_on = |code: &Code| matches!(code.op, Some(Op::MistOn | Op::FloodOn));
-    is_on(a) && is_on(b) && a != b
+    let ends = |code: &Code| code.op == Some(Op::MotionOff);
+    a != b && (is_on(a) && is_on(b) || ends(a) || ends(b))
 }
 
 /// Two codes of one group, which cannot stand in one block.
@@ -37,20 +39,7 @@ fn remedy(code: &Code) -> &'static str {
         (b'G', 410..=421) => {
             "let the CAM program compensate, and give the path of the tool's centre"
         }
-        (b'G', 430..=432) => "set the work zero for the tool's length, and leave the word out",
         (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
-        (b'G', 611 | 640) => "write G61: every block ends at rest, exactly where it says",
-        (b'G', 550..=593 | 100 | 520 | 920..=923) => {
-            "write G54 and coordinates from the profile's work zero"
-        }
-        (b'G', 280..=301) => "write the moves, as G53 G0 Z0 and then G53 G0 X0 Y0",
-        (b'G', 901) => "give I J K from the arc's start (G91.1)",
-        (b'G', 930 | 950) => "give F in mm or inches a minute (G94)",
-        (b'G', 960) => "give S in turns a minute (G97)",
-        (b'G', 730..=760 | 810..=890 | 980 | 990) => {
-            "let the CAM program write out the moves of its cycles"
-        }
-        (b'M', 480..=530) => "leave it out: there are no overrides",
         _ => "leave it out, or let the CAM program write for a control without it",
     }
 }

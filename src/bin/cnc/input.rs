@@ -7,7 +7,9 @@ use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
 use cnc::base::machine::{POSITION_MOST, ProfileError};
 use cnc::base::{Machine, Point, Source};
-use cnc::tape;
+use cnc::interp::Tools;
+use cnc::tape::{self, Origin};
+use sha2::{Digest, Sha256};
 
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
@@ -39,6 +41,15 @@ pub fn is_dump(source: &Source) -> anyhow::Result<bool> {
     let read = source.reader(0).take(16).read_to_end(&mut head);
     read.with_context(|| source.name().to_owned())?;
     Ok(tape::looks_like_dump(&head))
+}
+
+/// Reads the tool table that `--tools` names, if it does, and what it was for a dump's header.
+pub fn tools(file: Option<&Path>) -> anyhow::Result<(Tools, Option<Origin>)> {
+    let Some(file) = file else { return Ok((Tools::default(), None)) };
+    let name = file.display().to_string();
+    let text = std::fs::read_to_string(file).with_context(|| name.clone())?;
+    let tools = Tools::parse(&text).with_context(|| format!("tool table {name}"))?;
+    Ok((tools, Some(Origin { name, sha256: Sha256::digest(&text).into() })))
 }
 
 /// Loads the profile that `--machine` names, and says its warnings.

@@ -2,7 +2,7 @@
 //! first, then planned and interpolated.
 
 use std::cell::RefCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::ValueEnum;
@@ -28,6 +28,9 @@ pub struct MotionArgs {
     /// Machine position at which the job starts, in mm [default: the profile's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub start: Option<Start>,
+    /// Tool table: CSV, or LinuxCNC's format; lengths in mm
+    #[arg(long, value_name = "FILE")]
+    pub tools: Option<PathBuf>,
 }
 
 /// How speed is planned.
@@ -55,6 +58,8 @@ pub struct Program {
     pub source: Source,
     pub machine: Machine,
     pub checked: Checked,
+    /// Files beside the program that its motion was made from.
+    pub inputs: Vec<Origin>,
     options: interp::Options,
     feed: Feed,
 }
@@ -88,7 +93,8 @@ impl Program {
             return Err(Failure { code: 2, error: reason });
         }
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
-        let options = interp::Options { start_mm, ..Default::default() };
+        let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
+        let options = interp::Options { start_mm, tools, ..Default::default() };
         let checked = interp::check(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
@@ -98,7 +104,8 @@ impl Program {
             FeedMode::ExactStop => Feed::ExactStop,
             FeedMode::Constant => Feed::Constant,
         };
-        Ok(Ok(Program { source, machine, checked, options, feed }))
+        let inputs = tools_origin.into_iter().collect();
+        Ok(Ok(Program { source, machine, checked, inputs, options, feed }))
     }
 
     /// Where the job starts, in machine coordinates.
@@ -170,7 +177,7 @@ impl Program {
                 name: self.source.file_name().to_owned(),
                 sha256: self.checked.sha256,
             },
-            inputs: Vec::new(),
+            inputs: self.inputs.clone(),
             options,
             machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },
             tick_us: match encoder {

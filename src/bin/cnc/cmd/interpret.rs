@@ -19,13 +19,17 @@ pub struct Args {
     /// Where the job starts, in machine coordinates [default: the machine's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     start: Option<input::Start>,
+    /// Tool table: CSV, or LinuxCNC's format; lengths in mm
+    #[arg(long, value_name = "FILE")]
+    tools: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
     let source = input::program(&args.file)?;
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
-    let options = Options { start_mm, ..Options::default() };
+    let (tools, _) = input::tools(args.tools.as_deref())?;
+    let options = Options { start_mm, tools, ..Options::default() };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
@@ -250,6 +254,13 @@ fn json_event(text: &mut Vec<u8>, event: &Event) {
         EventKind::S(rpm) => {
             text.extend_from_slice(b",\"code\":\"S\"");
             field(text, "s", rpm);
+        }
+        EventKind::SurfaceSpeed { m_min, rpm_max } => {
+            text.extend_from_slice(b",\"code\":\"G96\"");
+            field(text, "s", m_min);
+            if let Some(rpm) = rpm_max {
+                field(text, "d", rpm);
+            }
         }
         EventKind::T(tool) => {
             text.extend_from_slice(b",\"code\":\"T\"");

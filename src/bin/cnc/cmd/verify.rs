@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use cnc::base::machine::BUILT_IN;
 use cnc::base::{Machine, Source};
-use cnc::tape::{Header, Reader, TapeError};
+use cnc::tape::{Header, Origin, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
@@ -27,6 +27,9 @@ pub struct Args {
     /// tick suffice, by the profile given
     #[arg(long)]
     unsealed: bool,
+    /// Tool table that the dump was made with
+    #[arg(long, value_name = "FILE")]
+    tools: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
@@ -46,7 +49,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if !args.unsealed {
         check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
     }
-    let motion = motion(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
+    let motion = MotionArgs {
+        tools: args.tools.clone(),
+        ..motion(&header, &machine).with_context(|| name.clone()).or_bad_input()?
+    };
     let program = match Program::check(program, machine, &motion, global)? {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
@@ -130,11 +136,18 @@ fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
             header.program.name
         );
     }
-    if let Some(input) = header.inputs.first() {
+    let missing = |of: &[Origin], other: &[Origin]| {
+        of.iter().find(|input| other.iter().all(|o| o.sha256 != input.sha256)).cloned()
+    };
+    if let Some(input) = missing(&header.inputs, &program.inputs) {
         bail!(
-            "the dump was made with the further file '{}', which the program does not read",
+            "the dump was made with the further file '{}' as it was then; hand in a tool table by \
+             --tools",
             input.name
         );
+    }
+    if let Some(input) = missing(&program.inputs, &header.inputs) {
+        bail!("the dump was made without '{}'; leave it out", input.name);
     }
     Ok(())
 }
@@ -145,7 +158,8 @@ fn is((name, value): &(String, String), wanted: &str, as_value: &str) -> bool {
 
 /// The options that change motion, as the dump's header has them.
 fn motion(header: &Header, machine: &Machine) -> anyhow::Result<MotionArgs> {
-    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start: start(header, machine) };
+    let start = start(header, machine);
+    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start, tools: None };
     for option in &header.options {
         if is(option, "feed", "constant") {
             motion.feed = FeedMode::Constant;
