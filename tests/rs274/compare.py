@@ -17,6 +17,8 @@ TOOLS = "T1 P1 D3 Z0\nT2 P2 D6 Z0\n"
 
 
 def run_reference(rs274, file, folder):
+    # The parameters, offsets among them, would carry over from the program before.
+    (folder / "rs274.var").unlink(missing_ok=True)
     command = [rs274, "-g", "-t", folder / "tool.tbl", "-v", folder / "rs274.var", file]
     result = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=folder)
     return canon.reference(result.stdout) if result.returncode == 0 else None

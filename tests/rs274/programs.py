@@ -1,5 +1,5 @@
 """Random valid NC programs: lines, arcs and helices in all planes, units, distance modes, feeds,
-dwells. The same seed gives the same program."""
+dwells, coordinate systems and offsets, drilling cycles. The same seed gives the same program."""
 
 import math
 import random
@@ -68,6 +68,66 @@ class Writer:
         else:
             self.go(code, targets, offsets)
 
+    def place(self):
+        """Somewhere known, whatever the coordinates mean now."""
+        self.absolute = True
+        self.lines.append("G90")
+        self.go("G0", {axis: self.number(5.0) for axis in "XYZ"})
+
+    def offset(self):
+        point = " ".join(f"{axis}{self.number(9.0):.3f}" for axis in "XYZ")
+        system = self.random.randint(1, 9)
+        name = f"G{53 + system}" if system <= 6 else f"G59.{system - 6}"
+        self.lines += self.random.choice(
+            [
+                [f"G10 L2 P{system} {point}", name],
+                [f"G10 L20 P{system} {point}", name],
+                [name],
+                [f"G92 {point}"],
+                ["G92.1"],
+                ["G92.2"],
+                ["G92.3"],
+                [f"G52 {point}"],
+                ["G52 X0 Y0 Z0"],
+                [f"G43.1 Z{self.number(9.0):.3f}"],
+                ["G49"],
+                ["G90", f"G53 G0 {point}"],
+            ]
+        )
+        self.place()
+
+    def inverse_time(self):
+        """Some lines with their time instead of their feed."""
+        self.lines.append("G93")
+        for _ in range(self.random.randint(1, 4)):
+            target = {"X": round(self.at["X"] + 1.0 + self.random.random(), 3)}
+            self.go("G1", target, f"F{self.random.randint(1, 90) / 10}")
+        self.lines.append(f"G94 F{self.random.randint(10, 900)}")
+
+    def cycle(self):
+        """Holes, drilled across the plane."""
+        first, second, across = PLANES[self.plane]
+        self.place()
+        self.go("G0", {across: 5.0})
+        # No depth is a whole number of pecks: there rs274 pecks once more, by its rounding.
+        code = self.random.choice(
+            ["G81", "G82 P0.5", "G83 Q0.737", "G73 Q0.737", "G85", "G89 P0.3"]
+        )
+        level = self.random.choice(["G98", "G99"])
+        if self.random.random() < 0.5:
+            depth = f"{across}{self.random.randint(-50, 0) / 10} R{self.random.randint(5, 30) / 10}"
+            repeats = ""
+        else:
+            self.lines.append("G91")
+            depth = f"{across}{self.random.randint(-50, -10) / 10} R{self.random.randint(-30, -5) / 10}"
+            repeats = self.random.choice(["", " L2", " L3"])
+        hole = f"{first}{self.number(5.0):.3f} {second}{self.number(5.0):.3f}"
+        self.lines.append(f"{level} {code} {hole} {depth}{repeats}")
+        for _ in range(self.random.randint(0, 2)):
+            self.lines.append(f"{first}{self.number(5.0):.3f}")
+        self.lines.append("G80")
+        self.place()
+
     def modes(self):
         choice = self.random.randrange(4)
         if choice == 0:
@@ -88,7 +148,8 @@ def generate(seed):
     unit = writer.random.choice(["G20", "G21"])
     writer.lines += [f"{unit} G17 G90 G94", f"F{writer.random.randint(50, 500)}"]
     for _ in range(writer.random.randint(5, 60)):
-        step = writer.random.choice([writer.straight, writer.arc, writer.arc, writer.modes])
-        step()
+        plain = [writer.straight, writer.arc, writer.arc, writer.modes]
+        rare = [writer.offset, writer.cycle, writer.inverse_time]
+        writer.random.choice(plain * 3 + rare)()
     writer.lines.append(writer.random.choice(["M2", "M30"]))
     return "\n".join(writer.lines) + "\n"
