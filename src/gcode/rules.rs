@@ -53,6 +53,8 @@ rules! {
     TRANSFORMED Error "transformed" "An offset is set while scaling, rotation or polar coordinates are in force.";
     CYCLE_LEVEL Error "cycle-level" "The R level of a canned cycle lies below its bottom.";
     CYCLE_MODE Error "cycle-mode" "A canned cycle stands where the modes in force leave no room for one.";
+    COMPENSATION_MODE Error "compensation-mode" "Something stands in cutter compensation that has no place there.";
+    COMPENSATION_GOUGE Error "compensation-gouge" "The tool does not fit into the contour.";
     ARC_DISTORTED Error "arc-distorted" "An arc would be no arc after unequal scaling, or after a rotation out of its plane.";
     ARC_CENTER Error "arc-center" "An arc has neither a centre nor a radius, or both.";
     ARC_RADIUS Error "arc-radius" "The two ends of an arc lie at different distances from its centre.";

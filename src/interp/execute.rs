@@ -10,6 +10,7 @@ use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, Cycle, FREE_LET
 use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::Options;
+use super::compensation::Compensation;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
 use super::frames::Frames;
@@ -82,6 +83,9 @@ pub(super) struct Executor<'a> {
     /// A bit for each work coordinate system whose lack of a place has been said.
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
+    pub(super) compensation: Option<Compensation>,
+    /// How much motion there was before the block, or before its G40.
+    pub(super) motion_first: usize,
     /// G99
     pub(super) returns_to_r: bool,
     pub(super) position_mm: Point,
@@ -159,6 +163,8 @@ impl<'a> Executor<'a> {
             references: [None; 2],
             systems_missed: 0,
             cycle: Held::default(),
+            compensation: None,
+            motion_first: 0,
             returns_to_r: false,
             position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
             open: AxisSet::EMPTY,
@@ -202,6 +208,8 @@ impl<'a> Executor<'a> {
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
+        asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
+        self.motion_first = out.motions.len();
         if !asked.is_faulty {
             asked.is_faulty = self.has_unused_words(block, asked, out.faults);
         }
@@ -220,6 +228,12 @@ impl<'a> Executor<'a> {
             flow = self.execute(*op, block, &mut asked, out);
         }
         self.codes = codes;
+        if self.compensation.is_some() {
+            self.compensate(block, out);
+            if flow == Flow::End {
+                self.finish(block, out);
+            }
+        }
         flow
     }
 
@@ -330,7 +344,7 @@ impl<'a> Executor<'a> {
             let fault = Fault::word(&rules::UNUSED_WORD, word, message);
             faults.push(match word.letter {
                 b'I' | b'J' | b'K' | b'R' => fault.help("arcs need G2 or G3 in force"),
-                b'D' => fault.help("D goes with cutter compensation, which is not supported"),
+                b'D' => fault.help("D goes with G41 and G42, the tool whose radius they take"),
                 b'H' => fault.help("H goes with G43, the tool's length"),
                 _ => fault.help("leave it out, or write the code that it belongs to"),
             });
@@ -343,7 +357,7 @@ impl<'a> Executor<'a> {
         asked.axes_claimed |= claims_axes(op);
         match op {
             // Done with F; or nothing that this machine could be told.
-            Op::Inches | Op::Millimetres | Op::CompensationOff | Op::Override(_) => {}
+            Op::Inches | Op::Millimetres | Op::Override(_) => {}
             Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
             Op::ToolChange
             | Op::SurfaceSpeed
@@ -354,6 +368,10 @@ impl<'a> Executor<'a> {
             | Op::MistOn
             | Op::FloodOn
             | Op::CoolantOff => self.switch(op, block, out),
+            Op::CompensationOff => self.compensation_off(block, out),
+            Op::Compensate { left, by_diameter } => {
+                self.compensation_on((left, by_diameter), block, out)
+            }
             Op::Dwell => self.dwell(block, asked, out),
             Op::MachineCoordinates => asked.machine_coordinates = true,
             Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
@@ -396,9 +414,7 @@ impl<'a> Executor<'a> {
             | Op::ArcCounterClockwise
             | Op::Cycle(_)
             | Op::MotionOff => self.set_motion(op, asked),
-            Op::Stop => out.function(0),
-            Op::OptionalStop => out.function(1),
-            Op::PalletStop => out.function(60),
+            Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
             Op::End | Op::EndAndRewind => {
                 out.function(if op == Op::End { 2 } else { 30 });
                 return Flow::End;
@@ -520,8 +536,17 @@ impl<'a> Executor<'a> {
     }
 }
 
-fn is_error(fault: &Fault) -> bool {
+pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
+}
+
+/// The number of the M function of a stop.
+fn stop_number(op: Op) -> u16 {
+    match op {
+        Op::Stop => 0,
+        Op::OptionalStop => 1,
+        _ => 60,
+    }
 }
 
 /// The motion mode that a code sets.

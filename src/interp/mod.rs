@@ -7,6 +7,8 @@
 
 mod arc;
 mod check;
+mod compensate;
+mod compensation;
 mod cycles;
 mod duration;
 mod execute;

@@ -102,7 +102,20 @@ impl<'a> Run<'a> {
         } else {
             self.step_body(motions)?
         }
+        if self.end != End::Running {
+            self.finish(motions);
+        }
         Ok(true)
+    }
+
+    /// Gives out what the executor holds until it knows what follows.
+    fn finish(&mut self, motions: &mut Vec<Motion>) {
+        let (block, line, first) = (Block::default(), self.lines.number().max(1), motions.len());
+        let mut out = Output { line, motions, faults: &mut self.faults };
+        self.executor.finish(&block, &mut out);
+        let (place, made) = (Place { line, text: b"", calls: &[] }, &motions[first..]);
+        judge(&mut self.travel, &self.executor, made, &block, place, &mut self.faults);
+        self.findings.take(&mut self.faults, place);
     }
 
     fn step_main(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {

@@ -36,9 +36,6 @@ pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
 fn remedy(code: &Code) -> &'static str {
     match (code.letter, code.tenths) {
         (b'M', 980) => "write GR100, or GR P100 L2, for a call of O100",
-        (b'G', 410..=421) => {
-            "let the CAM program compensate, and give the path of the tool's centre"
-        }
         (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
         _ => "leave it out, or let the CAM program write for a control without it",
     }
