@@ -89,6 +89,7 @@ fn tape(criterion: &mut Criterion) {
         start_steps: header.start_steps,
         constant_feed: true,
         with_events: true,
+        with_buffers: true,
     };
     let open = || Ok::<_, Infallible>(path.iter().cloned().map(Ok));
     group.bench_function("ticks of a helix", |bench| {

@@ -120,7 +120,8 @@ impl Cycle {
 }
 
 /// The modal groups, in the order in which the codes of one block are executed: that of
-/// RS274/NGC, but units first, so that the feed of the same block is in them.
+/// RS274/NGC, but units first, since all lengths of the block are in them (its F is not: it is
+/// taken before any code).
 ///
 /// Two codes of one group cannot stand in one block, M7 with M8, and G80 with
 /// another motion code, excepted.

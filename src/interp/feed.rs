@@ -196,7 +196,7 @@ impl Executor<'_> {
         if !self.feed_missed {
             self.feed_missed = true;
             let fault = if of_block {
-                let message = "this movement needs a feed, and none has been given";
+                let message = "this movement needs a feed above zero, and none is in force";
                 Fault::block(&rules::NO_FEED, block, message)
                     .help("write F and the feed in mm (G21) or inches (G20) a minute")
             } else {

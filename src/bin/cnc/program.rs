@@ -73,7 +73,7 @@ impl Program {
         global: &Global,
     ) -> Result<Result<Program, Exit>, Failure> {
         let machine = input::machine(global)?;
-        let source = input::source(file)?;
+        let source = input::program(file)?;
         Program::check(source, machine, motion, global)
     }
 
@@ -173,7 +173,10 @@ impl Program {
         }
         Header {
             tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
-            program: Origin { name: self.source.name().to_owned(), sha256: self.checked.sha256 },
+            program: Origin {
+                name: self.source.file_name().to_owned(),
+                sha256: self.checked.sha256,
+            },
             inputs: self.inputs.clone(),
             options,
             machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },

@@ -26,7 +26,7 @@ pub struct Args {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
-    let source = input::source(&args.file)?;
+    let source = input::program(&args.file)?;
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
     let (tools, _) = input::tools(args.tools.as_deref())?;
     let options = Options { start_mm, tools, ..Options::default() };

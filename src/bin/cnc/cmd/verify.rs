@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
+use cnc::base::machine::BUILT_IN;
 use cnc::base::{Machine, Source};
 use cnc::tape::{Header, Origin, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
@@ -36,14 +37,15 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         return Err(anyhow!("standard input cannot be both the program and the dump").into());
     }
     let machine = input::machine(global)?;
-    let program = input::source(&args.program)?;
+    let program = input::program(&args.program)?;
     let dump = input::source(&args.dump)?;
     let name = dump.name().to_owned();
     let reader = open(args, &dump, &machine).with_context(|| name.clone()).or_bad_input()?;
     if !reader.unused_columns().is_empty() && !global.quiet {
         say!("warning: {name}: columns not used: {}", reader.unused_columns().join(", "));
     }
-    let (header, with_events) = (reader.header().clone(), reader.has_events());
+    let (with_events, with_buffers) = (reader.has_events(), reader.has_buffers());
+    let header = reader.header().clone();
     if !args.unsealed {
         check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
     }
@@ -64,6 +66,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         start_steps: header.start_steps,
         constant_feed: motion.feed == FeedMode::Constant,
         with_events,
+        with_buffers,
     };
     let commands = || open(args, &dump, &program.machine);
     let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
@@ -97,11 +100,12 @@ fn open(args: &Args, dump: &Source, machine: &Machine) -> Result<Reader, TapeErr
 fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
     let of = &header.machine;
     if of.name != machine.id {
+        let is_built_in = BUILT_IN.iter().any(|(id, _)| *id == of.name);
+        let profile = if is_built_in { &of.name } else { "FILE with its profile" };
         bail!(
-            "the dump was made for machine '{}', not for '{}'; use --machine {}",
+            "the dump was made for machine '{}', not for '{}'; use --machine {profile}",
             of.name,
-            machine.id,
-            of.name
+            machine.id
         );
     }
     if of.sha256 != machine.sha256() {
