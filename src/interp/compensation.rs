@@ -9,8 +9,9 @@
 //! ```
 //!
 //! A move is held until the next one in the plane tells its end. The first move after G41 or G42
-//! leads in, to a place beside its end, across its own direction; the first in the plane after G40
-//! leads out, straight to where it ends. Each of the two is a straight line. A move that the corners
+//! leads in, to a place beside its end, across its own direction; the first after G40 leads out,
+//! straight to where it ends, on axes that it does not name too (as RS274/NGC has it). Each of the
+//! two is a straight line. A move that the corners
 //! at both its ends swallow would gouge and is refused; so is an inside arc of no more than the
 //! tool's radius. Corners of moves that do not follow each other are not looked at.
 
@@ -101,7 +102,7 @@ impl Compensation {
             return true;
         };
         let is_round = matches!(step.kind, MoveKind::Arc { .. });
-        if !is_round && self.flat(&step.from) == self.flat(&step.to) {
+        if !is_round && !self.leads_out && self.flat(&step.from) == self.flat(&step.to) {
             self.hold(motion, block, out, faults);
             return true;
         }

@@ -1,11 +1,17 @@
 """Random valid NC programs: lines, arcs and helices in all planes, units, distance modes, feeds,
-dwells, coordinate systems and offsets, drilling cycles. The same seed gives the same program."""
+dwells, coordinate systems and offsets, drilling cycles, compensated outlines. The same seed gives the same program."""
 
 import math
 import random
 
 PLANES = {"G17": "XYZ", "G18": "ZXY", "G19": "YZX"}
 CENTERS = {"X": "I", "Y": "J", "Z": "K"}
+
+
+def turns(points):
+    """By how much the way through some points turns at each, in radians."""
+    ways = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip(points, points[1:])]
+    return [abs(math.remainder(b - a, math.tau)) for a, b in zip(ways, ways[1:])]
 
 
 class Writer:
@@ -128,6 +134,30 @@ class Writer:
         self.lines.append("G80")
         self.place()
 
+    def outline(self):
+        """A polygon round the origin, cut along one side with the cutter compensated."""
+        self.lines += ["G90", "G17"]
+        self.absolute, self.plane = True, "G17"
+        corners = self.random.randint(4, 8)
+        turn = self.random.choice([1, -1])
+        points = []
+        for corner in range(corners + 1):
+            angle = turn * (corner + 0.4 * self.random.random()) * math.tau / corners
+            radius = self.random.uniform(15.0, 20.0)
+            points.append((round(radius * math.cos(angle), 3), round(radius * math.sin(angle), 3)))
+        start = (40.0, -3.0 * turn)
+        if min(turns([start, *points])) < 0.06:
+            # Corners of less than 0.05 are no corners to rs274, which extends both moves there.
+            return
+        self.go("G0", {"X": start[0], "Y": start[1]})
+        side = self.random.choice(["G41.1", "G42.1"])
+        first, *rest = points
+        radius = self.random.randint(1, 20) / 10
+        self.lines.append(f"{side} D{radius} G1 X{first[0]:.3f} Y{first[1]:.3f}")
+        self.lines += [f"G1 X{x:.3f} Y{y:.3f}" for x, y in rest]
+        self.lines.append("G40")
+        self.place()
+
     def modes(self):
         choice = self.random.randrange(4)
         if choice == 0:
@@ -149,7 +179,7 @@ def generate(seed):
     writer.lines += [f"{unit} G17 G90 G94", f"F{writer.random.randint(50, 500)}"]
     for _ in range(writer.random.randint(5, 60)):
         plain = [writer.straight, writer.arc, writer.arc, writer.modes]
-        rare = [writer.offset, writer.cycle, writer.inverse_time]
+        rare = [writer.offset, writer.cycle, writer.inverse_time, writer.outline]
         writer.random.choice(plain * 3 + rare)()
     writer.lines.append(writer.random.choice(["M2", "M30"]))
     return "\n".join(writer.lines) + "\n"
