@@ -43,6 +43,8 @@ pub enum Op {
     End,
     EndAndRewind,
     Return,
+    Call,
+    MacroCall,
 }
 
 /// The modal groups, in the order in which the codes of one block are executed: that of
@@ -171,7 +173,8 @@ pub const FREE_LETTERS: u32 = letter_set("FGMNOST");
 const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'static str) -> Code {
     let words = match op {
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => ARC_LETTERS | letter_bit(b'P'),
-        Some(Op::Dwell) => letter_bit(b'P'),
+        Some(Op::Dwell | Op::Return) => letter_bit(b'P'),
+        Some(Op::Call) => letter_set("PL"),
         _ => 0,
     };
     Code { letter, tenths, group, op, words, meaning }
@@ -255,7 +258,7 @@ pub static CODES: &[Code] = &[
     g(610, Group::PathControl, Op::ExactPath, "keeps to the programmed path exactly"),
     no_g(611, Group::PathControl, "exact stop at the end of every block"),
     no_g(640, Group::PathControl, "blends corners within a tolerance"),
-    no_g(650, Group::NonModal, "calls a macro"),
+    g(650, Group::NonModal, Op::MacroCall, "calls the subprogram P with arguments"),
     no_g(680, Group::Rotation, "rotates coordinates"),
     no_g(690, Group::Rotation, "ends the rotation of coordinates"),
     no_g(730, Group::Motion, "drilling cycle with chip breaking"),
@@ -305,7 +308,7 @@ pub static CODES: &[Code] = &[
     no_m(52, Group::Override, "adaptive feed control"),
     no_m(53, Group::Override, "feed hold control"),
     m(60, Group::Stop, Op::PalletStop, "stops for a change of pallets"),
-    no_m(98, Group::Stop, "calls a subprogram"),
+    m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
 ];
 

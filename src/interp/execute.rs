@@ -10,31 +10,18 @@ use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, G
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::arc::{ArcTask, center_letter};
+use super::flow::Flow;
 use super::motion::{Motion, Move, MoveKind};
 use super::words::{
-    call_flow, conflict, go_together, machine_coordinates_alone, unsupported, whole,
+    call_flow, conflict, go_together, machine_coordinates_alone, return_flow, subprogram_flow,
+    unsupported, whole,
 };
 
 /// Millimetres an inch.
-const MM_PER_INCH: f64 = 25.4;
+pub(super) const MM_PER_INCH: f64 = 25.4;
 
 /// Letters of the axes that turn.
 const ROTARY_LETTERS: u32 = letter_bit(b'A') | letter_bit(b'B') | letter_bit(b'C');
-
-/// Where execution goes after a block.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Flow {
-    Next,
-    /// Run a subprogram so often.
-    Call {
-        number: u32,
-        repeats: u32,
-    },
-    /// M99
-    Return,
-    /// M2, M30
-    End,
-}
 
 /// The motion code in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,14 +44,14 @@ struct Feed {
 }
 
 /// The state of a run: modes and position.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Executor<'a> {
-    machine: &'a Machine,
+    pub(super) machine: &'a Machine,
     axes: AxisSet,
     motion: MotionMode,
     plane: Plane,
-    mm_per_unit: f64,
-    absolute: bool,
+    pub(super) mm_per_unit: f64,
+    pub(super) absolute: bool,
     feed: Option<Feed>,
     feed_missed: bool,
     spindle_rpm: Option<f64>,
@@ -153,7 +140,7 @@ impl<'a> Executor<'a> {
             self.block_delete_said = true;
             let message = "this line is executed, and so is every other that begins with /";
             let fault = Fault::new(&rules::BLOCK_DELETE, 0, 1, message);
-            out.faults.push(fault.help("block delete is off; take the line out to skip it"));
+            out.faults.push(fault.help("--block-delete skips these lines"));
         }
         let text_is_faulty = out.faults.iter().any(is_error);
         if text_is_faulty {
@@ -400,7 +387,10 @@ impl<'a> Executor<'a> {
                 out.function(30);
                 return Flow::End;
             }
-            Op::Return => return Flow::Return,
+            Op::Return => return return_flow(block, out.faults),
+            Op::Call => return subprogram_flow(block, out.faults),
+            // With a P it is a call, and does not get here.
+            Op::MacroCall => return subprogram_flow(block, out.faults),
         }
         Flow::Next
     }

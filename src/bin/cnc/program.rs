@@ -17,6 +17,7 @@ use cnc::tape::{Encoding, Header, Origin};
 use crate::args::Global;
 use crate::exit::{Exit, Failure};
 use crate::input::Start;
+use crate::language::LanguageArgs;
 use crate::{input, report};
 
 /// Options that change the motion of a job.
@@ -28,6 +29,8 @@ pub struct MotionArgs {
     /// Machine position at which the job starts, in mm [default: the profile's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub start: Option<Start>,
+    #[command(flatten)]
+    pub language: LanguageArgs,
 }
 
 /// How speed is planned.
@@ -69,11 +72,12 @@ impl Program {
     ) -> Result<Result<Program, Exit>, Failure> {
         let machine = input::machine(global)?;
         let source = input::source(file)?;
-        Program::check(source, machine, motion, global)
+        Program::check(file, source, machine, motion, global)
     }
 
     /// As [`Program::open`], for a program that is open already.
     pub fn check(
+        file: &Path,
         source: Source,
         machine: Machine,
         motion: &MotionArgs,
@@ -88,7 +92,7 @@ impl Program {
             return Err(Failure { code: 2, error: reason });
         }
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
-        let options = interp::Options { start_mm, ..Default::default() };
+        let options = interp::Options { start_mm, ..motion.language.options(file) };
         let checked = interp::check(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
@@ -147,10 +151,20 @@ impl Program {
         })
     }
 
+    /// Further files that the program made the interpreter read.
+    pub fn inputs(&self) -> Vec<Origin> {
+        let inputs = self.checked.inputs.iter().cloned();
+        inputs.map(|(name, sha256)| Origin { name, sha256 }).collect()
+    }
+
     /// The header of the job's dump.
     pub fn header(&self, encoder: Encoder, encoding: Encoding) -> Header {
         let machine = &self.machine;
-        let mut options = vec![("dialect".to_owned(), "iso".to_owned())];
+        let dialect = self.options.dialect.name();
+        let mut options = vec![("dialect".to_owned(), dialect.to_owned())];
+        if self.options.block_delete {
+            options.push(("block-delete".to_owned(), "on".to_owned()));
+        }
         if self.feed == Feed::Constant {
             options.push(("feed".to_owned(), "constant".to_owned()));
         }
@@ -167,7 +181,7 @@ impl Program {
         Header {
             tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
             program: Origin { name: self.source.name().to_owned(), sha256: self.checked.sha256 },
-            inputs: Vec::new(),
+            inputs: self.inputs(),
             options,
             machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },
             tick_us: match encoder {

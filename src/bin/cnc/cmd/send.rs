@@ -66,10 +66,11 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         let job = Job::new(commands, start_steps, &machine).or_bad_input()?;
         return run_job(args, global, &machine, job, None);
     }
-    let program = match Program::check(source, input::machine(global)?, &args.motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program =
+        match Program::check(&args.file, source, input::machine(global)?, &args.motion, global)? {
+            Ok(program) => program,
+            Err(exit) => return Ok(exit),
+        };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let commands = program.commands(&summary).collect::<Result<Vec<_>, _>>()?;

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use cnc::base::{Machine, Source};
+use cnc::interp::Dialect;
 use cnc::tape::{Header, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
 use crate::input::{self, Start};
+use crate::language::{DialectArg, LanguageArgs, SubprogramArgs};
 use crate::program::{FeedMode, MotionArgs, Program};
 
 /// Hold a command dump against the path of its program
@@ -26,6 +28,8 @@ pub struct Args {
     /// tick suffice, by the profile given
     #[arg(long)]
     unsealed: bool,
+    #[command(flatten)]
+    subprograms: SubprogramArgs,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
@@ -44,8 +48,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if !args.unsealed {
         check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
     }
-    let motion = motion(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
-    let program = match Program::check(program, machine, &motion, global)? {
+    let motion = motion(&header, &machine, args).with_context(|| name.clone()).or_bad_input()?;
+    let program = match Program::check(&args.program, program, machine, &motion, global)? {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
@@ -126,11 +130,17 @@ fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
             header.program.name
         );
     }
-    if let Some(input) = header.inputs.first() {
-        bail!(
-            "the dump was made with the further file '{}', which the program does not read",
-            input.name
-        );
+    let read = program.inputs();
+    if let Some(input) = header.inputs.iter().find(|input| !read.contains(input)) {
+        let name = &input.name;
+        if read.iter().any(|other| other.name == *name) {
+            bail!("'{name}' has changed since the dump was made; interpolate the program again");
+        }
+        bail!("the dump was made with the further file '{name}', which the program does not read");
+    }
+    if let Some(input) = read.iter().find(|input| !header.inputs.contains(input)) {
+        let name = &input.name;
+        bail!("the program reads the further file '{name}', which the dump was not made with");
     }
     Ok(())
 }
@@ -140,20 +150,33 @@ fn is((name, value): &(String, String), wanted: &str, as_value: &str) -> bool {
 }
 
 /// The options that change motion, as the dump's header has them.
-fn motion(header: &Header, machine: &Machine) -> anyhow::Result<MotionArgs> {
-    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start: start(header, machine) };
+fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<MotionArgs> {
+    let subprograms = args.subprograms.clone();
+    let language = LanguageArgs { subprograms, ..Default::default() };
+    let start = start(header, machine);
+    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start, language };
     for option in &header.options {
         if is(option, "feed", "constant") {
             motion.feed = FeedMode::Constant;
         } else if option.0 == "start" {
             let start = option.1.parse().map_err(|reason: String| anyhow!(reason));
             motion.start = Some(start.context("option 'start' of the dump's header")?);
-        } else if !is(option, "dialect", "iso") && !is(option, "encoder", "thesis") {
+        } else if is(option, "block-delete", "on") {
+            motion.language.block_delete = true;
+        } else if let Some(dialect) = dialect(option) {
+            motion.language.dialect = DialectArg(dialect);
+        } else if !is(option, "encoder", "thesis") {
             let (name, value) = option;
             bail!("the dump was made with option {name}={value}, which is not known here");
         }
     }
     Ok(motion)
+}
+
+/// The dialect that an option names.
+fn dialect((name, value): &(String, String)) -> Option<Dialect> {
+    let is_known = |dialect: &Dialect| name == "dialect" && value == dialect.name();
+    Dialect::ALL.into_iter().find(is_known)
 }
 
 /// Where the dump starts, unless that is where every job starts.
