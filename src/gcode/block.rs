@@ -67,6 +67,8 @@ pub(super) struct Extras {
     pub values: Vec<(u16, Formula)>,
     pub assignments: Vec<Assignment>,
     pub statement: Option<Statement>,
+    /// Whether a statement stands here that cannot be read.
+    pub is_broken: bool,
     pub messages: Vec<Message>,
 }
 
@@ -150,6 +152,7 @@ impl Block {
             self.extras.values.clear();
             self.extras.assignments.clear();
             self.extras.statement = None;
+            self.extras.is_broken = false;
             self.extras.messages.clear();
         }
     }
@@ -167,6 +170,11 @@ impl Block {
     /// Where the program goes on, if the line decides that.
     pub fn statement(&self) -> Option<&Statement> {
         self.extras.statement.as_ref()
+    }
+
+    /// Whether the line decides where the program goes on, but cannot be read.
+    pub fn is_broken_statement(&self) -> bool {
+        self.extras.is_broken
     }
 
     /// What the line sets.

@@ -163,10 +163,11 @@ impl<'a> Parsing<'a> {
             && macro_b(&mut Reader::new(from, &mut code)).is_some()
         {
             self.rest = from;
-            let (number, control) = self.read(start, |reader| match macro_b(reader) {
+            let read = self.read(start, |reader| match macro_b(reader) {
                 Some(result) => result,
                 None => reader.fail("a statement is missing here"),
-            })?;
+            });
+            let (number, control) = read.or_else(|| self.broken_statement())?;
             return self.statement(Label::Number(number), control, start);
         }
         self.no_number(letter, start, error)
@@ -197,11 +198,17 @@ impl<'a> Parsing<'a> {
     }
 
     fn o_word(&mut self, label: Label, start: u32) -> Option<()> {
-        let control = self.read(start, |reader| match after_label(reader) {
+        let read = self.read(start, |reader| match after_label(reader) {
             Some(result) => result,
             None => reader.fail("a keyword is missing here: sub, call, if, while, repeat …"),
-        })?;
+        });
+        let control = read.or_else(|| self.broken_statement())?;
         self.statement(label, control, start)
+    }
+
+    fn broken_statement<T>(&mut self) -> Option<T> {
+        self.block.extras().is_broken = true;
+        None
     }
 
     fn statement(&mut self, label: Label, control: Control, start: u32) -> Option<()> {

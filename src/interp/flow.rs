@@ -429,8 +429,15 @@ impl Run<'_> {
         if self.main_label.as_ref() == Some(label)
             || (depth >= CALL_DEPTH_MAX && chain.contains(&label))
         {
-            let names: Vec<String> = chain.iter().map(|n| format!("{n} calls ")).collect();
-            let message = format!("{}{label}: this never ends", names.concat());
+            let first = chain.iter().position(|other| *other == label).unwrap_or_default();
+            let mut names: Vec<String> = Vec::new();
+            for name in chain[first..].iter().map(|label| label.to_string()) {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+            let around = format!("{} calls {label}", names.join(" calls "));
+            let message = format!("{around}, {depth} calls deep: does this ever end?");
             return Some(Fault::block(&rules::RECURSION, block, message));
         }
         if depth >= CALL_DEPTH_MAX {

@@ -306,6 +306,8 @@ pub(super) struct Reading {
     pub is_faulty: bool,
     /// The block read last.
     pub block: Block,
+    /// Whether a statement could not be read: what belongs to it cannot be told.
+    is_broken: bool,
     tape: Tape,
     faults: Vec<Fault>,
     block_delete: bool,
@@ -318,6 +320,7 @@ impl Reading {
             linker: Linker::default(),
             is_faulty: false,
             block: Block::default(),
+            is_broken: false,
             tape: Tape::default(),
             faults: Vec::new(),
             block_delete,
@@ -362,7 +365,8 @@ impl Reading {
 
     fn add(&mut self, line: u32, text: &[u8]) {
         self.body.push(line, text, &self.block);
-        let statement = self.block.statement();
+        self.is_broken |= self.block.is_broken_statement();
+        let statement = self.block.statement().filter(|_| !self.is_broken);
         let linked = statement.map_or(Ok(()), |found| self.linker.add(&mut self.body, found));
         if let Err(fault) = linked {
             self.is_faulty = true;
@@ -380,7 +384,7 @@ impl Reading {
 
     /// Reports what has begun and not ended.
     pub fn finish(&mut self, findings: &mut Findings) {
-        if let Some((line, fault)) = self.linker.unfinished() {
+        if let Some((line, fault)) = self.linker.unfinished().filter(|_| !self.is_broken) {
             self.is_faulty = true;
             let text = self.body.get(self.body.place_of(line)).map_or(&b""[..], |found| found.2);
             let place = Place { line, text, calls: &[], file: self.body.file_name.as_deref() };

@@ -148,6 +148,7 @@ impl<'a> Run<'a> {
                 self.main_label = Some(Label::Number(number));
             }
             flow = match self.block.statement() {
+                _ if self.block.is_broken_statement() => Flow::Unreadable,
                 Some(_) if !engine.faults.is_empty() => Flow::Unreadable,
                 Some(_) => Flow::Statement,
                 None => engine.execute(&self.block, place, motions),
