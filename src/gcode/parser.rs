@@ -27,7 +27,7 @@ pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
             break;
         }
     }
-    if block.statement().is_some() {
+    if !block.is_plain() {
         stands_alone(block, faults);
     }
     if faults.len() > faults_before {

@@ -33,7 +33,7 @@ pub(super) struct Engine<'a> {
     /// What is wrong with the line at hand.
     pub faults: Vec<Fault>,
     /// The block at hand with the values of its expressions.
-    computed: Block,
+    computed: Option<Box<Block>>,
     left_out: Vec<u16>,
     to_set: Vec<(Target, f64)>,
 }
@@ -48,7 +48,7 @@ impl<'a> Engine<'a> {
             said: Vec::new(),
             blocks: 0,
             faults: Vec::new(),
-            computed: Block::default(),
+            computed: None,
             left_out: Vec::new(),
             to_set: Vec::new(),
         }
@@ -69,7 +69,7 @@ impl<'a> Engine<'a> {
     }
 
     fn compute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
-        let mut computed = std::mem::take(&mut self.computed);
+        let mut computed = self.computed.take().unwrap_or_default();
         computed.copy_words(block);
         self.give_values(block, &mut computed);
         let alarm = self.set(block, place);
@@ -89,13 +89,13 @@ impl<'a> Engine<'a> {
             Flow::Next
         };
         self.judge(&motions[first..], &computed, place);
-        self.computed = computed;
+        self.computed = Some(computed);
         flow
     }
 
     /// The words of the block executed last, where it was one with expressions or a macro call.
-    pub fn computed(&self) -> &Block {
-        &self.computed
+    pub fn computed(&self) -> Option<&Block> {
+        self.computed.as_deref()
     }
 
     /// Gives words the values of their expressions; those that have none are left out.

@@ -223,7 +223,8 @@ impl<'a> Run<'a> {
                 self.call(&Label::Number(number), repeats, None, block, place)?;
             }
             Flow::MacroCall { number, repeats } => {
-                let arguments = super::parameters::arguments(self.engine.computed());
+                let arguments =
+                    self.engine.computed().map(super::parameters::arguments).unwrap_or_default();
                 self.call(&Label::Number(number), repeats, Some((&arguments, true)), block, place)?;
             }
         }
