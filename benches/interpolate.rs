@@ -20,7 +20,8 @@ fn line(by_mm: [f64; 3], machine: &Machine) -> Segment {
     let from_mm = machine.work_zero_mm;
     let mut to_mm = from_mm;
     Axis::LINEAR.into_iter().zip(by_mm).for_each(|(axis, by)| to_mm[axis] += by);
-    Segment { line: 1, feed_mm_s: Some(10.0), from_mm, to_mm, curve: Curve::Line }
+    let (feed_mm_s, curve, corner) = (Some(10.0), Curve::Line, Default::default());
+    Segment { line: 1, feed_mm_s, from_mm, to_mm, curve, corner }
 }
 
 fn circle(machine: &Machine) -> Segment {

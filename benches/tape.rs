@@ -47,7 +47,8 @@ fn helix(machine: &Machine) -> (Vec<PathItem>, Vec<Command>) {
         };
         let line = round as u32 + 1;
         let curve = Curve::Arc(arc);
-        let segment = Segment { line, feed_mm_s: Some(10.0), from_mm: at, to_mm: to, curve };
+        let (feed_mm_s, corner) = (Some(10.0), Default::default());
+        let segment = Segment { line, feed_mm_s, from_mm: at, to_mm: to, curve, corner };
         for tick in 1..=TICKS {
             let next = machine.nearest_steps(&segment.point_at(tick as f64 / TICKS as f64));
             let counts = AxisMap::from_fn(|axis| (next[axis] - steps[axis]) as i32);
@@ -88,6 +89,7 @@ fn tape(criterion: &mut Criterion) {
         start_steps: header.start_steps,
         constant_feed: true,
         with_events: true,
+        with_buffers: true,
     };
     let open = || Ok::<_, Infallible>(path.iter().cloned().map(Ok));
     group.bench_function("ticks of a helix", |bench| {

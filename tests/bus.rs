@@ -73,6 +73,8 @@ struct Wire {
     spoil: Option<(usize, Spoil)>,
     answers: usize,
     held: Option<(u64, u8)>,
+    /// The host is held up for so long between its look at the clock and every third sync byte.
+    stall_us: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,12 +86,23 @@ enum Spoil {
     Close,
 }
 
+impl Wire {
+    fn new(sim: Sim, spoil: Option<(usize, Spoil)>) -> Self {
+        let (singles_us, sent) = (vec![], vec![]);
+        Wire { sim, singles_us, sent, spoil, answers: 0, held: None, stall_us: 0 }
+    }
+}
+
 impl Link for Wire {
     fn now_us(&mut self) -> u64 {
         self.sim.now_us()
     }
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         if bytes == [0] {
+            if self.singles_us.len() % 3 == 2 {
+                let until_us = self.sim.now_us() + self.stall_us;
+                self.sim.receive(&mut Vec::new(), until_us, None)?;
+            }
             self.singles_us.push(self.sim.now_us());
         }
         self.sent.extend(bytes);
@@ -153,7 +166,7 @@ fn run_on(
     mut operator: Quiet,
 ) -> Outcome {
     let sim = Sim::new(Nodes::new(machine, units, &start(), 250));
-    let mut wire = Wire { sim, singles_us: vec![], sent: vec![], spoil, answers: 0, held: None };
+    let mut wire = Wire::new(sim, spoil);
     let mut master = Master::new(job, machine, Timing::new(&machine.bus, 1.0));
     let ending = drive(&mut wire, &mut master, &mut operator);
     wire.sim.drain();
@@ -511,6 +524,28 @@ fn an_unpaced_host_makes_the_nodes_lose_sync() {
     assert!(log.iter().any(|entry| entry.happening == Overrun));
     let (_, y) = sim.nodes().iter().nth(1).unwrap();
     assert!(y.is_full() && y.position_steps() < start()[Axis::Y] + 20 * 1500);
+}
+
+/// A host that the system holds up just before it writes a sync byte: the next one keeps its
+/// distance from that write, not from when it was due. X is the master and rests, Y moves.
+#[test]
+fn a_host_held_up_before_a_write_keeps_the_distance() {
+    let machine = starmill();
+    let moves = [movement(0, 2, [1, 0, 0], 400), movement(0, 3, [0, 20, 0], 200)].concat();
+    let job = Job::new(moves, start(), &machine).unwrap();
+    let sim = Sim::new(Nodes::new(&machine, [(Axis::X, 122), (Axis::Y, 123)], &start(), 250));
+    let mut wire = Wire { stall_us: 7000, ..Wire::new(sim, None) };
+    let mut master = Master::new(job, &machine, Timing::new(&machine.bus, 1.0));
+    let ending = drive(&mut wire, &mut master, &mut Quiet::default());
+    assert_eq!(ending.end, End::Done);
+    assert!(ending.late_us_max >= 7000, "{}", ending.late_us_max);
+    let syncs_us = &wire.singles_us[wire.singles_us.len() - 1500..];
+    for (tick, pair) in syncs_us.windows(2).take(600).enumerate() {
+        assert!(pair[1] - pair[0] >= 11_000, "tick {tick}: {} µs", pair[1] - pair[0]);
+    }
+    while let Some(entry) = wire.sim.nodes_mut().poll_log() {
+        assert!(entry.hazard.is_none(), "{entry:?}");
+    }
 }
 
 #[test]

@@ -70,6 +70,26 @@ fn a_dump_is_what_the_contract_shows() {
 }
 
 #[test]
+fn a_header_without_end_is_refused() {
+    let text = "# cnc-dump: 1\n".to_owned() + &"#\n".repeat(100_000);
+    let error = read(&text).expect_err("no header").to_string();
+    assert!(error.contains("more than 1000 lines"), "{error}");
+}
+
+#[test]
+fn a_converted_dump_is_named_so() {
+    let text = write(&header(Encoding::Counts), &job()).replace('\n', "\r\n");
+    let error = read(&text).expect_err("CR LF").to_string();
+    assert!(error.contains("CR LF"), "{error}");
+}
+
+/// A quote must not swallow the lines after it: the row that has it is named.
+#[test]
+fn a_quote_is_no_part_of_a_row() {
+    check_refused("1,0,3,0,0,0,", "1,0,3,\"0,0,0,", "line 13 of the dump: '\"0'");
+}
+
+#[test]
 fn what_is_written_is_read_back() {
     for encoding in [Encoding::Counts, Encoding::Bytes] {
         let text = write(&header(encoding), &job());

@@ -90,6 +90,17 @@ fn nodes_whose_record_cannot_be_written_do_not_start() {
     assert!(output.stdout.is_empty());
 }
 
+#[test]
+fn a_dump_is_no_program() {
+    let folder = TempDir::new().unwrap();
+    let dump = folder.path().join("dump.csv");
+    check(&dump_to(&dump).output().unwrap(), 0, "");
+    let dump = dump.to_str().unwrap();
+    for args in [vec!["interpret", dump], vec!["interpolate", dump], vec!["verify", dump, dump]] {
+        check(&cnc().args(args).output().unwrap(), 1, "is a command dump, not an NC program");
+    }
+}
+
 /// Standard output whose reader is gone.
 fn unread() -> Stdio {
     let (reader, writer) = std::io::pipe().unwrap();

@@ -48,7 +48,8 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
             }
         };
         let line = i as u32 + 1;
-        segments.extend(path::segment(&Move { line, n: None, from: at, to, kind }));
+        let corner = Default::default();
+        segments.extend(path::segment(&Move { line, n: None, from: at, to, kind, corner }));
         at = to;
     }
     segments.retain(|segment| segment.length_mm() > 0.0);

@@ -221,6 +221,13 @@ fn bad_input_is_refused_before_the_port_is_opened() {
     check_refused(&send(port, &fast, &[]), 1, "line 9, tick 0: motion starts or stops");
     check_refused(&send(port, &fast, &["-m", "router"]), 1, "made for machine starmill");
     let good = folder.dump(&job());
+    let scaled = folder.path("scaled.csv");
+    let text = std::fs::read_to_string(&good).unwrap();
+    std::fs::write(&scaled, text.replace("per_mm: X=100", "per_mm: X=200")).unwrap();
+    check_refused(&send(port, &scaled, &[]), 1, "X=200 steps per mm");
+    let long = folder.path("long.nc");
+    std::fs::write(&long, "G1 F0.01 X10\nM30\n").unwrap();
+    check_refused(&send(port, &long, &["-m", "ideal"]), 1, "protocol = \"none\"");
     let cut = folder.path("cut.csv");
     let text = std::fs::read_to_string(&good).unwrap();
     std::fs::write(&cut, &text[..text.len() / 2]).unwrap();
@@ -265,7 +272,10 @@ fn a_peer_that_closes_ends_the_job() {
     let host = process.spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_millis(300));
     node.child.kill().unwrap();
-    check_refused(&host.wait_with_output().unwrap(), 3, "closed by its other end");
+    let output = host.wait_with_output().unwrap();
+    check_refused(&output, 3, "closed by its other end");
+    // The first node was being filled.
+    check_refused(&output, 3, "switch all nodes off and on");
 }
 
 #[test]
@@ -284,6 +294,18 @@ fn an_interrupt_stops_at_rest_and_says_where() {
     let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(result["result"], "interrupted");
     assert_ne!(result["axes"]["Y"]["state"], "unknown");
+}
+
+/// Five minutes' worth of bytes are still on the wire when the host closes.
+#[test]
+fn nodes_end_at_an_interrupt_though_bytes_are_on_their_way() {
+    let mut node = Node::start(&["--once", "--speed", "0.01"]);
+    File::options().write(true).open(&node.pty).unwrap().write_all(&[0xff; 12_000]).unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    assert!(node.child.try_wait().unwrap().is_none());
+    let pid = rustix::process::Pid::from_child(&node.child);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    assert!(node.end().contains("0 ticks executed"));
 }
 
 #[test]
@@ -305,4 +327,18 @@ fn an_old_link_is_replaced_and_a_file_is_not() {
     let output = cnc().args(["node", "--link"]).arg(&link).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(std::fs::read(&link).unwrap(), b"mine");
+}
+
+#[test]
+fn files_that_cannot_be_written_are_named_before_the_nodes_run() {
+    let folder = Folder::new();
+    let missing = folder.path("none/file");
+    for (option, reason) in [("--executed", "file cannot be written"), ("--link", "with the link")]
+    {
+        let output = cnc().args(["node", option]).arg(&missing).output().unwrap();
+        let message = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && output.stdout.is_empty(), "{output:?}");
+        assert!(message.contains(reason) && message.contains("none/file"), "{message}");
+        assert!(!message.contains("none/.tmp"), "{message}");
+    }
 }

@@ -34,7 +34,9 @@ impl Drawing {
         self.line += 1;
         let (from_mm, to_mm) = (xyz(self.at), xyz(to));
         let line = self.line;
-        self.path.push(PathItem::Segment(Segment { line, feed_mm_s, from_mm, to_mm, curve }));
+        let corner = Default::default();
+        let segment = Segment { line, feed_mm_s, from_mm, to_mm, curve, corner };
+        self.path.push(PathItem::Segment(segment));
         self.at = to;
         self
     }
@@ -141,7 +143,8 @@ fn steps(machine: &Machine, path: &[PathItem]) -> Vec<Command> {
 fn held(machine: &Machine, path: &[PathItem], job: &[Command], constant_feed: bool) -> Report {
     let start_steps = machine.nearest_steps(&machine.work_zero_mm);
     let tick_us = machine.bus.tick_us;
-    let setup = Setup { machine, tick_us, start_steps, constant_feed, with_events: true };
+    let (with_events, with_buffers) = (true, true);
+    let setup = Setup { machine, tick_us, start_steps, constant_feed, with_events, with_buffers };
     verify(
         &setup,
         || Ok::<_, Infallible>(job.iter().cloned().map(Ok)),
@@ -201,6 +204,22 @@ fn a_job_without_motion_passes() {
     let path = Drawing::new().event("M30").path;
     let report = held(&machine, &path, &steps(&machine, &path), false);
     assert_eq!((report.verdict, report.ticks), (Verdict::Pass, 0));
+}
+
+/// Paths of less than half a step have no motion, and several pieces.
+#[test]
+fn a_path_shorter_than_a_step_passes() {
+    let machine = starmill();
+    let there_and_back = Drawing::new().line([0.001, 0.0, 0.0]).line([-0.001, 0.0, 0.0]);
+    for drawing in [there_and_back, Drawing::new().arc(0.001, 0.0, 18.0 * PI, 0.002)] {
+        let path = drawing.path;
+        let report = held(&machine, &path, &steps(&machine, &path), false);
+        assert_eq!(report.failures, [""; 0]);
+        assert!(report.max_contour_error_mm < 0.004, "{}", report.max_contour_error_mm);
+    }
+    let path = Drawing::new().line([0.1, 0.0, 0.0]).line([-0.1, 0.0, 0.0]).path;
+    let report = held(&machine, &path, &[], false);
+    assert_eq!(report.verdict, Verdict::Fail, "a skipped stretch");
 }
 
 #[test]
@@ -517,4 +536,34 @@ proptest! {
         prop_assert!((report.max_contour_error_mm - want).abs() <= slack,
             "{} is not {want} within {slack}", report.max_contour_error_mm);
     }
+}
+
+/// A path that turns back: up to the tolerance, tick points are matched before the turn for as
+/// long as they may be, then behind it. The speed is still that of the machine.
+#[test]
+fn a_turn_is_not_too_fast() {
+    let machine = Machine::load("ideal").expect("built in");
+    let path = Drawing { at: [0.0; 3], ..Drawing::new() }
+        .add([-0.0063, -0.0273, 0.0], Some(5.0), Curve::Line)
+        .add([0.055, 0.1631, 0.0], Some(5.0), Curve::Line)
+        .path;
+    let mut job = Vec::new();
+    let mut at = machine.nearest_steps(&machine.work_zero_mm);
+    let mut way_mm = 0.0;
+    for item in &path {
+        let PathItem::Segment(segment) = item else { continue };
+        while way_mm + 0.005 <= segment.length_mm() {
+            way_mm += 0.005;
+            let next = machine.nearest_steps(&segment.point_at(way_mm / segment.length_mm()));
+            let counts = AxisMap::from_fn(|axis| (next[axis] - at[axis]) as i32);
+            job.push(Command::Tick(Tick { buffer: 0, line: segment.line, counts }));
+            at = next;
+        }
+        way_mm -= segment.length_mm();
+    }
+    let end = machine.nearest_steps(&xyz([0.055, 0.1631, 0.0]));
+    let counts = AxisMap::from_fn(|axis| (end[axis] - at[axis]) as i32);
+    job.push(Command::Tick(Tick { buffer: 0, line: 2, counts }));
+    let report = held(&machine, &path, &job, true);
+    assert_eq!(report.verdict, Verdict::Pass, "{:?}", report.failures);
 }

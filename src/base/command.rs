@@ -50,13 +50,20 @@ pub enum EventKind {
     },
     /// A spindle speed in rpm, given by itself.
     S(f64),
+    /// A surface speed to keep, whatever the diameter (G96).
+    SurfaceSpeed {
+        /// Metres a minute.
+        m_min: f64,
+        /// Greatest spindle speed in rpm, if one is given.
+        rpm_max: Option<f64>,
+    },
     /// A tool to get ready, given by itself.
     T(u32),
     /// A pause in seconds (G4).
     Dwell(f64),
 }
 
-/// As in the dump's event column: `M3 S1200`, `M6 T2`, `S800`, `T1`, `G4 P0.5`.
+/// As in the dump's event column: `M3 S1200`, `M6 T2`, `S800`, `T1`, `G4 P0.5`, `G96 S200 D2500`.
 impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -66,6 +73,10 @@ impl fmt::Display for EventKind {
                 tool.map_or(Ok(()), |tool| write!(f, " T{tool}"))
             }
             EventKind::S(rpm) => write!(f, "S{rpm}"),
+            EventKind::SurfaceSpeed { m_min, rpm_max } => {
+                write!(f, "G96 S{m_min}")?;
+                rpm_max.map_or(Ok(()), |rpm| write!(f, " D{rpm}"))
+            }
             EventKind::T(tool) => write!(f, "T{tool}"),
             EventKind::Dwell(seconds) => write!(f, "G4 P{seconds}"),
         }
@@ -96,6 +107,14 @@ impl FromStr for EventKind {
                 let seconds = words.next().and_then(|word| word.strip_prefix('P'));
                 EventKind::Dwell(seconds.and_then(non_negative).ok_or_else(bad)?)
             }
+            ("G", "96") => {
+                let speed = words.next().and_then(|word| word.strip_prefix('S'));
+                let m_min = speed.and_then(non_negative).ok_or_else(bad)?;
+                let rpm_max = words
+                    .next()
+                    .map(|word| word.strip_prefix('D').and_then(non_negative).ok_or_else(bad));
+                EventKind::SurfaceSpeed { m_min, rpm_max: rpm_max.transpose()? }
+            }
             _ => return Err(bad()),
         };
         for word in words {
@@ -124,10 +143,33 @@ mod tests {
 
     #[test]
     fn an_event_reads_back_as_it_was_written() {
-        for text in ["M3 S1200", "M6 T2", "M0", "G4 P0.5", "S800", "T1", "M3 S1.5 T4"] {
+        for text in [
+            "M3 S1200",
+            "M6 T2",
+            "M0",
+            "G4 P0.5",
+            "S800",
+            "T1",
+            "M3 S1.5 T4",
+            "G96 S200",
+            "G96 S200 D2500",
+        ] {
             assert_eq!(text.parse::<EventKind>().unwrap().to_string(), text);
         }
-        for text in ["", "Q1", "M", "M3 S", "G4", "G4 P-1", "S1 S2", "M3 S1 S2", "é", "G4 Pinf"] {
+        for text in [
+            "",
+            "Q1",
+            "M",
+            "M3 S",
+            "G4",
+            "G4 P-1",
+            "S1 S2",
+            "M3 S1 S2",
+            "é",
+            "G4 Pinf",
+            "G96",
+            "G96 S1 T1",
+        ] {
             assert!(text.parse::<EventKind>().is_err(), "{text}");
         }
     }

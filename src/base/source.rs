@@ -59,6 +59,11 @@ impl Source {
         &self.name
     }
 
+    /// The name without its folders.
+    pub fn file_name(&self) -> &str {
+        self.name.rsplit('/').next().unwrap_or(&self.name)
+    }
+
     /// Length in bytes.
     ///
     /// # Errors

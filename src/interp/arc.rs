@@ -39,6 +39,8 @@ pub(super) struct ArcTask<'a> {
     pub mm_per_unit: f64,
     /// What an end word of 0 stands for: program zero, or the start if words are distances.
     pub end_origin_mm: [f64; 2],
+    /// What I J K are measured from: the start, or program zero (G90.1).
+    pub center_origin_mm: [f64; 2],
     /// How far the radii at both ends may differ.
     pub tolerance_mm: f64,
     /// Motor steps a mm on the plane's first axis.
@@ -62,6 +64,12 @@ impl ArcTask<'_> {
         match (self.block.word(b'R'), first.or(second)) {
             (Some(radius), None) => self.by_radius(radius, faults),
             (None, Some(_)) => {
+                if self.center_origin_mm != self.start_mm && (first.is_none() || second.is_none()) {
+                    let [first, second] = letters.map(char::from);
+                    let message = format!("under G90.1 an arc needs both {first} and {second}");
+                    faults.push(Fault::block(&rules::ARC_CENTER, self.block, message));
+                    return None;
+                }
                 let offset = [first, second].map(|word| word.map_or(0.0, |word| word.value));
                 self.by_center(offset, faults)
             }
@@ -86,7 +94,7 @@ impl ArcTask<'_> {
     }
 
     fn by_center(&self, offset: [f64; 2], faults: &mut Vec<Fault>) -> Option<[f64; 2]> {
-        let center = [0, 1].map(|i| self.start_mm[i] + offset[i] * self.mm_per_unit);
+        let center = [0, 1].map(|i| self.center_origin_mm[i] + offset[i] * self.mm_per_unit);
         let start_radius = distance(self.start_mm, center);
         let end_radius = distance(self.end_mm, center);
         let greater = start_radius.max(end_radius);
@@ -176,7 +184,8 @@ impl ArcTask<'_> {
             let square = chord[0] * chord[0] + chord[1] * chord[1];
             let at = (square - 2.0 * chord[1 - i] * other) / (2.0 * chord[i]);
             let letter = char::from(center_letter(axes[i]));
-            Some((letter, at, (self.start_mm[i] + at - center[i]).abs()))
+            let word_mm = self.start_mm[i] + at - self.center_origin_mm[i];
+            Some((letter, word_mm, (self.start_mm[i] + at - center[i]).abs()))
         });
         let nearest = |words: &mut dyn Iterator<Item = (char, f64, f64)>| {
             let (letter, value_mm, _) = words.min_by(|a, b| a.2.total_cmp(&b.2))?;
@@ -276,6 +285,7 @@ mod tests {
             end_mm,
             mm_per_unit: 1.0,
             end_origin_mm: [0.0, 0.0],
+            center_origin_mm: [0.0, 0.0],
             tolerance_mm: 0.028,
             steps_per_mm: 100.0,
         };

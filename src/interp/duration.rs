@@ -12,13 +12,14 @@ const MOVE_MIN_MAX: f64 = 24.0 * 60.0;
 
 /// What is wrong with a move that takes longer than a day.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
-    let (feed_min, (length, unit)) = match step.kind {
+    let feed_min = match step.kind {
         MoveKind::Rapid => return None,
-        MoveKind::Line { feed_mm_min } => (feed_mm_min, line_length(step)),
-        MoveKind::Arc { feed_mm_min, .. } => (feed_mm_min, (arc_length_mm(step), "mm")),
+        MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } => feed_mm_min,
     };
+    let (length, unit) = length_and_unit(step);
     let minutes = length / feed_min;
-    if minutes <= MOVE_MIN_MAX {
+    // Of a move that goes nowhere it is no number.
+    if minutes <= MOVE_MIN_MAX || length == 0.0 {
         return None;
     }
     let days = minutes / MOVE_MIN_MAX;
@@ -29,6 +30,18 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     };
     let help = format!("at {} {unit} a minute it takes a day", round_up(length / MOVE_MIN_MAX));
     Some(fault.help(help))
+}
+
+/// The length of a move that its feed applies to, as the path has it.
+pub(super) fn length(step: &Move) -> f64 {
+    length_and_unit(step).0
+}
+
+fn length_and_unit(step: &Move) -> (f64, &'static str) {
+    match step.kind {
+        MoveKind::Rapid | MoveKind::Line { .. } => line_length(step),
+        MoveKind::Arc { .. } => (arc_length_mm(step), "mm"),
+    }
 }
 
 /// The way in X Y Z; of a move in other axes alone that in U V W, and else in A B C; and its unit.
@@ -46,9 +59,11 @@ fn line_length(step: &Move) -> (f64, &'static str) {
 fn arc_length_mm(step: &Move) -> f64 {
     let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind else { return 0.0 };
     let [start, end] = [step.from, step.to].map(|point| plane.axes().map(|axis| point[axis]));
-    let radius_mm = (start[0] - center_mm[0]).hypot(start[1] - center_mm[1]);
+    let [radius_from_mm, radius_to_mm] =
+        [start, end].map(|at| (at[0] - center_mm[0]).hypot(at[1] - center_mm[1]));
+    let turn_mm = radius_from_mm.max(radius_to_mm) * sweep_rad(start, end, center_mm, ccw, turns);
     let along_mm = step.to[plane.normal()] - step.from[plane.normal()];
-    (radius_mm * sweep_rad(start, end, center_mm, ccw, turns)).hypot(along_mm)
+    turn_mm.hypot(radius_to_mm - radius_from_mm).hypot(along_mm)
 }
 
 /// Four decimals at most, never less than the value.

@@ -41,7 +41,7 @@ pub(super) struct Engine<'a> {
 impl<'a> Engine<'a> {
     pub fn new(machine: &'a Machine, options: &Options, max: usize) -> Engine<'a> {
         Engine {
-            executor: Executor::new(machine, options.start_mm.unwrap_or(machine.work_zero_mm)),
+            executor: Executor::new(machine, options),
             parameters: Parameters::new(options.dialect),
             findings: Findings::new(max),
             travel: None,
@@ -91,6 +91,14 @@ impl<'a> Engine<'a> {
         self.judge(&motions[first..], &computed, place);
         self.computed = Some(computed);
         flow
+    }
+
+    /// Gives out what the executor holds until it knows what follows.
+    pub fn finish(&mut self, place: Place<'_>, motions: &mut Vec<Motion>) {
+        let (block, first) = (Block::default(), motions.len());
+        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        self.executor.finish(&block, &mut out);
+        self.judge(&motions[first..], &block, place);
     }
 
     /// The words of the block executed last, where it was one with expressions or a macro call.

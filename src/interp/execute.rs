@@ -1,82 +1,108 @@
 //! One block → motion and events, by the modes in force.
 //!
-//! Order in a block, as RS274/NGC has it: F, S, T, units, then the codes in the order of their
+//! Order in a block, as RS274/NGC has it: feed mode, F, S, T, units, then the codes in the order of their
 //! groups ([`Group`]), motion, stop. So an F beside G20 or G21 is still in the units before. Whatever is wrong leaves the modes as they would be without the
 //! fault, so that one fault does not make others; positions that a fault leaves open are known to
 //! be open.
 
-use crate::base::{Axis, AxisSet, Event, EventKind, Machine, Plane, Point};
-use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op};
-use crate::gcode::{Block, Fault, Word, letter_bit, rules};
+use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
+use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, Cycle, FREE_LETTERS, Group, Op};
+use crate::gcode::{Block, Fault, letter_bit, rules};
 
-use super::arc::{ArcTask, center_letter};
+use super::Options;
+use super::compensation::Compensation;
+use super::cycles::Held;
+use super::feed::{Feed, FeedMode, Turning};
 use super::flow::Flow;
-use super::motion::{Motion, Move, MoveKind};
-use super::words::{
-    call_flow, conflict, go_together, machine_coordinates_alone, return_flow, subprogram_flow,
-    unsupported, whole,
-};
-
-/// Millimetres an inch.
-pub(super) const MM_PER_INCH: f64 = 25.4;
-
-/// Letters of the axes that turn.
-const ROTARY_LETTERS: u32 = letter_bit(b'A') | letter_bit(b'B') | letter_bit(b'C');
+use super::frames::Frames;
+use super::motion::{Corner, Motion};
+use super::offsets::claims_axes;
+use super::tools::Tools;
+use super::words::{call_flow, conflict, go_together, leads_to, unsupported};
 
 /// The motion code in force.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum MotionMode {
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub(super) enum MotionMode {
+    #[default]
     None,
     Rapid,
     Line,
     Arc {
         ccw: bool,
     },
+    Cycle(Cycle),
     /// A code that is not supported: its axis words are its own.
     Foreign,
 }
 
-/// The feed in force. Inches are resolved for lengths; degrees have no other unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Feed {
-    mm_min: f64,
-    deg_min: f64,
-}
-
 /// The state of a run: modes and position.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Executor<'a> {
     pub(super) machine: &'a Machine,
-    axes: AxisSet,
-    motion: MotionMode,
-    plane: Plane,
+    pub(super) axes: AxisSet,
+    pub(super) motion: MotionMode,
+    pub(super) plane: Plane,
     pub(super) mm_per_unit: f64,
     pub(super) absolute: bool,
-    feed: Option<Feed>,
-    feed_missed: bool,
-    spindle_rpm: Option<f64>,
-    tool: Option<u32>,
-    position_mm: Point,
+    /// G90.1
+    pub(super) centers_absolute: bool,
+    /// G16
+    pub(super) polar: bool,
+    /// G7
+    pub(super) diameters: bool,
+    pub(super) corner: Corner,
+    pub(super) feed_mode: FeedMode,
+    pub(super) feed: Option<Feed>,
+    /// Whether a lack of feed, or of what it needs, has been reported since the last F.
+    pub(super) feed_missed: bool,
+    pub(super) spindle_rpm: Option<f64>,
+    /// G96
+    pub(super) by_surface: bool,
+    pub(super) turning: Turning,
+    /// The tool that T has named, and the one that M6 has put into the spindle.
+    pub(super) tool: Option<u32>,
+    pub(super) loaded: Option<u32>,
+    pub(super) tools: Tools,
+    pub(super) frames: Frames,
+    /// Machine positions of G28 and G30, where the program has stored them.
+    pub(super) references: [Option<Point>; 2],
+    /// A bit for each work coordinate system whose lack of a place has been said.
+    pub(super) systems_missed: u16,
+    pub(super) cycle: Held,
+    pub(super) compensation: Option<Compensation>,
+    /// How much motion there was before the block, or before its G40.
+    pub(super) motion_first: usize,
+    /// G99
+    pub(super) returns_to_r: bool,
+    pub(super) position_mm: Point,
     /// Axes whose position a fault has left open.
-    open: AxisSet,
+    pub(super) open: AxisSet,
     /// Whether coordinates mean something else since a code that is not supported.
-    is_shifted: bool,
+    pub(super) is_shifted: bool,
     block_delete_said: bool,
     /// Axes that some word has addressed.
     pub axes_used: AxisSet,
     /// Supported codes of the block in order of execution.
-    codes: Vec<(&'static Code, Op)>,
+    pub(super) codes: Vec<(&'static Code, Op)>,
 }
 
 /// What the codes of a block ask for besides modes.
 #[derive(Clone, Copy, Debug, Default)]
-struct Asked {
+pub(super) struct Asked {
     /// A word of the block is wrong: no motion can be told from it.
-    is_faulty: bool,
+    pub is_faulty: bool,
     /// A code is unknown: the words it needs are so too.
     is_foreign: bool,
-    machine_coordinates: bool,
-    dwell: bool,
+    pub machine_coordinates: bool,
+    pub dwell: bool,
+    /// A code other than one of motion makes use of the axis words.
+    pub axes_claimed: bool,
+    /// A motion code stands in the block.
+    pub is_motion_named: bool,
+    /// The motion code in force before the block.
+    pub motion_before: MotionMode,
+    /// What becomes of the corner at this block's end, if not what the mode says.
+    pub corner: Option<Corner>,
 }
 
 /// Where a block stands, and where what it makes goes.
@@ -87,18 +113,18 @@ pub(super) struct Output<'o> {
 }
 
 impl Output<'_> {
-    fn event(&mut self, kind: EventKind) {
+    pub fn event(&mut self, kind: EventKind) {
         self.motions.push(Motion::Event(Event { line: self.line, kind }));
     }
 
-    fn function(&mut self, code: u16) {
+    pub fn function(&mut self, code: u16) {
         self.event(EventKind::M { code, spindle_rpm: None, tool: None });
     }
 }
 
 impl<'a> Executor<'a> {
     /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97, no feed, no speed, no tool.
-    pub fn new(machine: &'a Machine, start_mm: Point) -> Executor<'a> {
+    pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
         Executor {
             machine,
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
@@ -106,11 +132,27 @@ impl<'a> Executor<'a> {
             plane: Plane::Xy,
             mm_per_unit: 1.0,
             absolute: true,
+            centers_absolute: false,
+            polar: false,
+            diameters: false,
+            corner: Corner::Exact,
+            feed_mode: FeedMode::PerMinute,
             feed: None,
             feed_missed: false,
             spindle_rpm: None,
+            by_surface: false,
+            turning: Turning::Stopped,
             tool: None,
-            position_mm: start_mm,
+            loaded: None,
+            tools: options.tools.clone(),
+            frames: Frames::new(machine),
+            references: [None; 2],
+            systems_missed: 0,
+            cycle: Held::default(),
+            compensation: None,
+            motion_first: 0,
+            returns_to_r: false,
+            position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
             open: AxisSet::EMPTY,
             is_shifted: false,
             block_delete_said: false,
@@ -151,6 +193,9 @@ impl<'a> Executor<'a> {
         }
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
+        asked.motion_before = self.motion;
+        asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
+        self.motion_first = out.motions.len();
         if !asked.is_faulty {
             asked.is_faulty = self.has_unused_words(block, asked, out.faults);
         }
@@ -169,6 +214,12 @@ impl<'a> Executor<'a> {
             flow = self.execute(*op, block, &mut asked, out);
         }
         self.codes = codes;
+        if self.compensation.is_some() {
+            self.compensate(block, out);
+            if flow == Flow::End {
+                self.finish(block, out);
+            }
+        }
         flow
     }
 
@@ -203,8 +254,9 @@ impl<'a> Executor<'a> {
             };
             let bit = 1 << code.group as u32;
             if groups & bit != 0 {
-                let rival = self.codes.iter().find(|(rival, _)| rival.group == code.group);
-                if let Some((rival, _)) = rival.filter(|(rival, _)| !go_together(rival, code)) {
+                let is_rival =
+                    |rival: &Code| rival.group == code.group && !go_together(rival, code);
+                if let Some((rival, _)) = self.codes.iter().find(|(code, _)| is_rival(code)) {
                     faults.push(conflict(rival, code, word));
                     asked.is_faulty = true;
                 }
@@ -224,9 +276,34 @@ impl<'a> Executor<'a> {
         }
         asked.is_faulty |= asked.is_foreign;
         if self.codes.len() > 1 {
-            self.codes.sort_by_key(|(code, _)| code.group);
+            // G80 first: a motion code beside it begins after what it ends.
+            self.codes.sort_by_key(|(code, op)| (code.group, *op != Op::MotionOff));
+            asked.is_faulty |= self.claims_twice(block, faults);
         }
         asked
+    }
+
+    /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
+    /// and G30 only sets its mode.
+    fn claims_twice(&self, block: &Block, faults: &mut Vec<Fault>) -> bool {
+        let claims = |op: Op| {
+            claims_axes(op) || matches!(motion_of(op), Some(mode) if mode != MotionMode::None)
+        };
+        let mut claiming = self.codes.iter().filter(|(_, op)| claims(*op));
+        let (Some((first, op)), Some((second, _))) = (claiming.next(), claiming.next()) else {
+            return false;
+        };
+        // Two of one group have been reported as such.
+        let is_known = first.group == second.group;
+        let is_mode = matches!(op, Op::GoToReference(_));
+        if is_known || is_mode || block.letters() & AXIS_LETTERS == 0 {
+            return false;
+        }
+        let (first, second) = (first.name(), second.name());
+        let message = format!("{first} and {second} both make use of the axis words");
+        let fault = Fault::block(&rules::AXIS_WORDS_TWICE, block, message);
+        faults.push(fault.help("put one of them into a block of its own"));
+        true
     }
 
     /// Reports words of the block that nothing makes use of.
@@ -240,8 +317,10 @@ impl<'a> Executor<'a> {
         for (code, _) in &self.codes {
             used |= code.words;
         }
-        if let MotionMode::Arc { .. } = mode {
-            used |= ARC_LETTERS | letter_bit(b'P');
+        match mode {
+            MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
+            MotionMode::Cycle(cycle) => used |= cycle.words(),
+            MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {
             return false;
@@ -251,152 +330,184 @@ impl<'a> Executor<'a> {
             let fault = Fault::word(&rules::UNUSED_WORD, word, message);
             faults.push(match word.letter {
                 b'I' | b'J' | b'K' | b'R' => fault.help("arcs need G2 or G3 in force"),
-                b'D' => fault.help("D goes with cutter compensation, which is not supported"),
-                b'H' => fault.help("H goes with tool length offsets, which are not supported"),
+                b'D' => fault.help("D goes with G41 and G42, the tool whose radius they take"),
+                b'H' => fault.help("H goes with G43, the tool's length"),
                 _ => fault.help("leave it out, or write the code that it belongs to"),
             });
         }
         true
     }
 
-    /// Takes F, S, T and units.
-    fn set_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
-        self.set_free_words(block, asked, out);
-        self.mm_per_unit = self.units_after();
-    }
-
-    /// Millimetres a unit once the block's codes are in force.
-    fn units_after(&self) -> f64 {
-        match self.codes.first() {
-            Some((_, Op::Inches)) => MM_PER_INCH,
-            Some((_, Op::Millimetres)) => 1.0,
-            _ => self.mm_per_unit,
-        }
-    }
-
-    fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
-        if block.letters() & FREE_LETTERS & !letter_bit(b'G') == 0 {
-            return;
-        }
-        if let Some(word) = block.word(b'F') {
-            self.set_feed(word, out.faults);
-        }
-        if let Some(word) = block.word(b'S') {
-            self.set_speed(word, out);
-        }
-        if let Some(word) = block.word(b'T') {
-            self.tool = whole(word, 99_999, out.faults).or(self.tool);
-            if let Some(tool) = self.tool.filter(|_| !self.asks(Op::ToolChange)) {
-                out.event(EventKind::T(tool));
-            }
-        }
-        for letter in [b'N', b'O'] {
-            if let Some(word) = block.word(letter).filter(|_| !asked.is_faulty) {
-                whole(word, 999_999_999, out.faults);
-            }
-        }
-    }
-
-    fn asks(&self, op: Op) -> bool {
-        self.codes.iter().any(|(_, other)| *other == op)
-    }
-
-    fn set_feed(&mut self, word: &Word, faults: &mut Vec<Fault>) {
-        self.feed_missed = false;
-        let feed = Feed { mm_min: word.value * self.mm_per_unit, deg_min: word.value };
-        self.feed = Some(feed).filter(|feed| feed.deg_min > 0.0);
-        if word.value < 0.0 {
-            self.feed_missed = true;
-            faults.push(Fault::word(&rules::BAD_VALUE, word, "a feed cannot be negative"));
-        }
-        if self.units_after() != self.mm_per_unit {
-            let (unit, other) =
-                if self.mm_per_unit == 1.0 { ("mm", "inches") } else { ("inches", "mm") };
-            let message = format!(
-                "{word} is taken in {unit} a minute, the units before this block; other controls \
-                 take it in {other}"
-            );
-            let fault = Fault::word(&rules::FEED_UNITS, word, message);
-            faults.push(fault.help("change the units in a block before"));
-        }
-    }
-
-    fn set_speed(&mut self, word: &Word, out: &mut Output<'_>) {
-        if word.value < 0.0 {
-            let message = "a spindle speed cannot be negative";
-            let fault = Fault::word(&rules::BAD_VALUE, word, message);
-            out.faults.push(fault.help("M4 turns the spindle counter-clockwise"));
-            return;
-        }
-        self.spindle_rpm = Some(word.value);
-        let greatest = self.machine.spindle.map(|spindle| f64::from(spindle.speed_max_rpm));
-        if let Some(greatest) = greatest.filter(|greatest| word.value > *greatest) {
-            let message = format!("{word}: the machine's spindle turns at {greatest} rpm at most");
-            out.faults.push(Fault::word(&rules::SPINDLE_SPEED, word, message));
-        }
-        if !self.asks(Op::SpindleClockwise) && !self.asks(Op::SpindleCounterClockwise) {
-            out.event(EventKind::S(word.value));
-        }
-    }
-
     /// Does what a code says. Motion codes only set the mode.
     fn execute(&mut self, op: Op, block: &Block, asked: &mut Asked, out: &mut Output<'_>) -> Flow {
-        let spindle_rpm = self.spindle_rpm;
+        asked.axes_claimed |= claims_axes(op);
         match op {
-            Op::Inches | Op::Millimetres => {} // done after F
-            // What is in force anyway: the other codes of these groups are not supported.
-            Op::FeedPerMinute
+            // Done with F; or nothing that this machine could be told.
+            Op::Inches | Op::Millimetres | Op::Override(_) => {}
+            Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
+            Op::ToolChange
+            | Op::SurfaceSpeed
             | Op::SpindleSpeedConstant
-            | Op::CompensationOff
-            | Op::LengthOffsetOff
-            | Op::WorkOffset1
-            | Op::ExactPath
-            | Op::ArcCenterIncremental => {}
-            Op::ToolChange => {
-                out.event(EventKind::M { code: 6, spindle_rpm: None, tool: self.tool });
+            | Op::SpindleClockwise
+            | Op::SpindleCounterClockwise
+            | Op::SpindleStop
+            | Op::MistOn
+            | Op::FloodOn
+            | Op::CoolantOff => self.switch(op, block, out),
+            Op::CompensationOff => self.compensation_off(block, out),
+            Op::Compensate { left, by_diameter } => {
+                self.compensation_on((left, by_diameter), block, out)
             }
-            Op::SpindleClockwise => out.event(EventKind::M { code: 3, spindle_rpm, tool: None }),
-            Op::SpindleCounterClockwise => {
-                out.event(EventKind::M { code: 4, spindle_rpm, tool: None });
-            }
-            Op::SpindleStop => out.function(5),
-            Op::MistOn => out.function(7),
-            Op::FloodOn => out.function(8),
-            Op::CoolantOff => out.function(9),
-            Op::Dwell => {
-                asked.dwell = true;
-                self.dwell(block, asked, out);
-            }
+            Op::Dwell => self.dwell(block, asked, out),
             Op::MachineCoordinates => asked.machine_coordinates = true,
+            Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
+            Op::PlaneXy
+            | Op::PlaneZx
+            | Op::PlaneYz
+            | Op::Absolute
+            | Op::Incremental
+            | Op::ArcCenterAbsolute
+            | Op::ArcCenterIncremental
+            | Op::Diameter
+            | Op::Radius
+            | Op::Polar
+            | Op::PolarOff
+            | Op::ReturnToInitial
+            | Op::ReturnToR
+            | Op::ExactPath
+            | Op::ExactStop => self.set_mode(op),
+            Op::Blend => self.blend(block, out.faults),
+            Op::SetOffsets
+            | Op::LocalOffset
+            | Op::SetPosition
+            | Op::ResetPosition
+            | Op::SuspendPosition
+            | Op::RestorePosition
+            | Op::LengthOffset
+            | Op::LengthOffsetByWords
+            | Op::LengthOffsetMore
+            | Op::LengthOffsetOff
+            | Op::WorkSystem(_)
+            | Op::ScalingOff
+            | Op::Scaling
+            | Op::Rotation
+            | Op::RotationOff => self.set_frames(op, block, out.faults),
+            Op::GoToReference(index) => self.go_to_reference(index, block, *asked, out),
+            Op::StoreReference(index) => self.store_reference(index),
+            Op::Rapid
+            | Op::Line
+            | Op::ArcClockwise
+            | Op::ArcCounterClockwise
+            | Op::Cycle(_)
+            | Op::MotionOff => self.set_motion(op, asked),
+            Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
+            Op::End | Op::EndAndRewind => {
+                out.function(if op == Op::End { 2 } else { 30 });
+                return Flow::End;
+            }
+            Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
+        }
+        Flow::Next
+    }
+
+    fn set_motion(&mut self, op: Op, asked: &mut Asked) {
+        asked.is_motion_named = true;
+        self.motion = motion_of(op).unwrap_or(self.motion);
+        if !matches!(op, Op::Cycle(_)) {
+            self.cycle.initial_mm = None;
+        }
+    }
+
+    /// Modes that are no more than a value.
+    fn set_mode(&mut self, op: Op) {
+        match op {
             Op::PlaneXy => self.plane = Plane::Xy,
             Op::PlaneZx => self.plane = Plane::Zx,
             Op::PlaneYz => self.plane = Plane::Yz,
             Op::Absolute => self.absolute = true,
             Op::Incremental => self.absolute = false,
-            Op::Rapid | Op::Line | Op::ArcClockwise | Op::ArcCounterClockwise | Op::MotionOff => {
-                self.motion = motion_of(op).unwrap_or(self.motion);
-            }
-            Op::Stop => out.function(0),
-            Op::OptionalStop => out.function(1),
-            Op::PalletStop => out.function(60),
-            Op::End => {
-                out.function(2);
-                return Flow::End;
-            }
-            Op::EndAndRewind => {
-                out.function(30);
-                return Flow::End;
-            }
-            Op::Return => return return_flow(block, out.faults),
-            Op::Call => return subprogram_flow(block, out.faults),
-            // With a P it is a call, and does not get here.
-            Op::MacroCall => return subprogram_flow(block, out.faults),
+            Op::ArcCenterAbsolute => self.centers_absolute = true,
+            Op::ArcCenterIncremental => self.centers_absolute = false,
+            Op::Diameter => self.diameters = true,
+            Op::Radius => self.diameters = false,
+            Op::Polar => self.polar = true,
+            Op::PolarOff => self.polar = false,
+            Op::ReturnToInitial => self.returns_to_r = false,
+            Op::ReturnToR => self.returns_to_r = true,
+            Op::ExactPath => self.corner = Corner::Exact,
+            _ => self.corner = Corner::Stop,
         }
-        Flow::Next
     }
 
-    fn dwell(&self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
-        match block.word(b'P') {
+    /// Spindle, coolant, tools.
+    fn switch(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
+        let spindle_rpm = self.spindle_rpm;
+        match op {
+            Op::ToolChange => {
+                self.loaded = self.tool;
+                out.event(EventKind::M { code: 6, spindle_rpm: None, tool: self.tool });
+            }
+            Op::SurfaceSpeed => self.set_spindle_mode(true, block, out.faults),
+            Op::SpindleSpeedConstant => self.set_spindle_mode(false, block, out.faults),
+            Op::SpindleClockwise => {
+                self.turning = Turning::Clockwise;
+                out.event(EventKind::M { code: 3, spindle_rpm, tool: None });
+            }
+            Op::SpindleCounterClockwise => {
+                self.turning = Turning::CounterClockwise;
+                out.event(EventKind::M { code: 4, spindle_rpm, tool: None });
+            }
+            Op::SpindleStop => {
+                self.turning = Turning::Stopped;
+                out.function(5);
+            }
+            Op::MistOn => out.function(7),
+            Op::FloodOn => out.function(8),
+            _ => out.function(9),
+        }
+    }
+
+    /// The codes that say where coordinates lie.
+    fn set_frames(&mut self, op: Op, block: &Block, faults: &mut Vec<Fault>) {
+        match op {
+            Op::SetOffsets => self.set_offsets(block, faults),
+            Op::LocalOffset => self.set_local_offset(block, faults),
+            Op::SetPosition => self.set_position(block, faults),
+            Op::ResetPosition => self.frames.reset_shift(),
+            Op::SuspendPosition => self.frames.suspend_shift(),
+            Op::RestorePosition => self.frames.restore_shift(),
+            Op::LengthOffset => self.set_length(false, block, faults),
+            Op::LengthOffsetMore => self.set_length(true, block, faults),
+            Op::LengthOffsetByWords => self.set_length_by_words(block, faults),
+            Op::LengthOffsetOff => self.frames.set_tool(Point::ZERO),
+            Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
+            Op::Scaling => self.set_scaling(block, faults),
+            Op::ScalingOff => self.end_scaling(block, faults),
+            Op::Rotation => self.set_rotation(block, faults),
+            _ => self.frames.set_rotation(None),
+        }
+    }
+
+    /// G64: P is how far a corner may be cut. Q, of joining short lines, asks for less than P does.
+    fn blend(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        for word in [b'P', b'Q'].into_iter().filter_map(|letter| block.word(letter)) {
+            if word.value < 0.0 {
+                let message = "a tolerance cannot be negative";
+                faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+            }
+        }
+        let tolerance_mm = block.word(b'P').map(|word| word.value * self.mm_per_unit);
+        self.corner = Corner::Blend { tolerance_mm };
+    }
+
+    /// G4: P is the time; without it X or U, as some controls write it.
+    fn dwell(&self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
+        asked.dwell = true;
+        let moves = self.codes.iter().any(|(_, op)| motion_of(*op).is_some());
+        let other = block.word(b'X').or(block.word(b'U'));
+        let other = other.filter(|_| !block.has(b'P') && !moves);
+        asked.axes_claimed |= other.is_some();
+        match block.word(b'P').or(other) {
             Some(word) if word.value < 0.0 => {
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, "a dwell cannot be negative"));
             }
@@ -409,154 +520,19 @@ impl<'a> Executor<'a> {
             }
         }
     }
-
-    /// Moves, if the block asks for it.
-    fn run_motion(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
-        let is_arc = matches!(self.motion, MotionMode::Arc { .. });
-        let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
-        let Some(first) = block.first_of(block.letters() & words) else {
-            if asked.machine_coordinates && !asked.is_faulty {
-                machine_coordinates_alone(block, out.faults);
-            }
-            return;
-        };
-        let faults_before = out.faults.len();
-        let to = self.target(block, asked, out.faults);
-        let is_whole = !asked.is_faulty && out.faults.len() == faults_before;
-        let kind = match self.motion {
-            _ if !is_whole => None,
-            MotionMode::Foreign => None,
-            MotionMode::None => {
-                let message = format!("{first} moves an axis, but no motion code is in force");
-                let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);
-                out.faults.push(fault.help("write G0 or G1 before it"));
-                None
-            }
-            MotionMode::Rapid => Some(MoveKind::Rapid),
-            MotionMode::Line => {
-                let turns_only = self.turns_only(block, &to);
-                self.feed(block, out.faults).map(|feed| MoveKind::Line {
-                    feed_mm_min: if turns_only { feed.deg_min } else { feed.mm_min },
-                })
-            }
-            MotionMode::Arc { .. } if asked.machine_coordinates => {
-                machine_coordinates_alone(block, out.faults);
-                None
-            }
-            MotionMode::Arc { ccw } => self.arc(block, asked, ccw, &to, out.faults),
-        };
-        let from = std::mem::replace(&mut self.position_mm, to);
-        if let Some(kind) = kind {
-            // A word that is no line number has been reported.
-            let n = block.word(b'N').map(|word| word.value as u32);
-            out.motions.push(Motion::Move(Move { line: out.line, n, from, to, kind }));
-        } else if self.motion == MotionMode::Foreign {
-            self.forget_position();
-        }
-    }
-
-    /// Where the axis words lead; the position that a faulty word leads to is open.
-    fn target(&mut self, block: &Block, asked: Asked, faults: &mut Vec<Fault>) -> Point {
-        let mut to = self.position_mm;
-        for word in block.words() {
-            if AXIS_LETTERS & letter_bit(word.letter) == 0 {
-                continue;
-            }
-            let Some(axis) = Axis::from_letter(word.letter) else { continue };
-            if !self.axes.contains(axis) {
-                let message = format!("{word}: the machine {} has no {axis} axis", self.machine.id);
-                let fault = Fault::word(&rules::MISSING_AXIS, word, message);
-                faults.push(fault.help("leave the word out, or take another machine (--machine)"));
-                continue;
-            }
-            self.axes_used.insert(axis);
-            let scale = if axis.is_rotary() { 1.0 } else { self.mm_per_unit };
-            let value = word.value * scale;
-            if asked.machine_coordinates {
-                to[axis] = value;
-            } else if self.absolute {
-                to[axis] = self.machine.work_zero_mm[axis] + value;
-            } else {
-                to[axis] += value;
-                continue;
-            }
-            if !self.open.is_empty() {
-                self.open = self.open.iter().filter(|other| *other != axis).collect();
-            }
-        }
-        if asked.is_faulty {
-            self.forget_position();
-        }
-        to
-    }
-
-    /// The feed in force. The first movement that lacks one is reported, until there is one.
-    fn feed(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Option<Feed> {
-        if self.feed.is_none() && !self.feed_missed {
-            self.feed_missed = true;
-            let message = "this movement needs a feed, and none has been given";
-            let fault = Fault::block(&rules::NO_FEED, block, message);
-            faults.push(fault.help("write F and the feed in mm (G21) or inches (G20) a minute"));
-        }
-        self.feed
-    }
-
-    /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.
-    fn turns_only(&self, block: &Block, to: &Point) -> bool {
-        let stays = |axis: Axis| axis.is_rotary() || to[axis] == self.position_mm[axis];
-        block.letters() & ROTARY_LETTERS != 0 && Axis::ALL.into_iter().all(stays)
-    }
-
-    fn arc(
-        &mut self,
-        block: &Block,
-        asked: Asked,
-        ccw: bool,
-        to: &Point,
-        faults: &mut Vec<Fault>,
-    ) -> Option<MoveKind> {
-        let feed = self.feed(block, faults);
-        let across = center_letter(self.plane.normal());
-        if let Some(word) = block.word(across) {
-            let name = self.plane.name();
-            let message = format!("an arc in the {name} plane makes no use of {word}");
-            let help = "choose the plane by G17 (XY: I J), G18 (ZX: K I) or G19 (YZ: J K)";
-            faults.push(Fault::word(&rules::UNUSED_WORD, word, message).help(help));
-            return None;
-        }
-        let turns = match block.word(b'P').filter(|_| !asked.dwell) {
-            Some(word) if word.value < 1.0 => {
-                faults.push(Fault::word(&rules::BAD_VALUE, word, "an arc has at least one turn"));
-                return None;
-            }
-            Some(word) => whole(word, 1_000_000, faults)? - 1,
-            None => 0,
-        };
-        let axes = self.plane.axes();
-        if axes.iter().any(|axis| self.open.contains(*axis)) {
-            return None;
-        }
-        let start_mm = axes.map(|axis| self.position_mm[axis]);
-        let zero_mm = axes.map(|axis| self.machine.work_zero_mm[axis]);
-        let task = ArcTask {
-            block,
-            plane: self.plane,
-            ccw,
-            start_mm,
-            end_mm: axes.map(|axis| to[axis]),
-            mm_per_unit: self.mm_per_unit,
-            end_origin_mm: if self.absolute { zero_mm } else { start_mm },
-            tolerance_mm: self.machine.arc_radius_tolerance_mm,
-            steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
-        };
-        let center_mm = task.center_mm(faults)?;
-        let feed_mm_min = feed?.mm_min;
-        Some(MoveKind::Arc { feed_mm_min, plane: self.plane, center_mm, ccw, turns })
-    }
 }
 
-fn is_error(fault: &Fault) -> bool {
+pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
+}
+
+/// The number of the M function of a stop.
+fn stop_number(op: Op) -> u16 {
+    match op {
+        Op::Stop => 0,
+        Op::OptionalStop => 1,
+        _ => 60,
+    }
 }
 
 /// The motion mode that a code sets.
@@ -566,6 +542,7 @@ fn motion_of(op: Op) -> Option<MotionMode> {
         Op::Line => Some(MotionMode::Line),
         Op::ArcClockwise => Some(MotionMode::Arc { ccw: false }),
         Op::ArcCounterClockwise => Some(MotionMode::Arc { ccw: true }),
+        Op::Cycle(cycle) => Some(MotionMode::Cycle(cycle)),
         Op::MotionOff => Some(MotionMode::None),
         _ => None,
     }

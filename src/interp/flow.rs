@@ -8,7 +8,9 @@ use std::rc::Rc;
 
 use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules};
 
+use super::Options;
 use super::body::{Body, Links, unmatched};
+use super::execute::Executor;
 use super::findings::Place;
 use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
 use super::run::{End, Frame, FrameKind, Run};
@@ -286,7 +288,7 @@ impl Run<'_> {
     fn skip_sub(&mut self, statement: &Statement, place: Place<'_>) -> io::Result<()> {
         let engine = &mut self.engine;
         // Nothing is executed: the state shall not learn of codes that are checked.
-        let mut executor = engine.executor.clone();
+        let mut executor = Executor::new(engine.executor.machine, &Options::default());
         while let Some(line) = self.lines.next_line()? {
             parse_line(&line, &mut self.block, &mut engine.faults, self.block_delete);
             if self.block.is_plain() {

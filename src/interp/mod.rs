@@ -8,24 +8,33 @@
 mod arc;
 mod body;
 mod check;
+mod compensate;
+mod compensation;
+mod cycles;
 mod duration;
 mod engine;
 mod execute;
+mod feed;
 mod findings;
 mod flow;
+mod frames;
 mod inputs;
 mod motion;
 mod motions;
+mod moves;
+mod offsets;
 mod parameters;
 mod program;
 mod run;
 mod system;
+mod tools;
 mod travel;
 mod words;
 
 pub use check::{Checked, Said, Summary, check};
-pub use motion::{Motion, Move, MoveKind};
+pub use motion::{Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
+pub use tools::{Tool, Tools, ToolsError};
 
 use std::path::PathBuf;
 
@@ -78,6 +87,8 @@ pub struct Options {
     /// Most passes that all loops, repeats and backward GOTOs of a run may make together; none:
     /// [`MAX_PASSES`].
     pub max_passes: Option<u64>,
+    /// The tools, for their lengths and diameters.
+    pub tools: Tools,
 }
 
 /// Passes of loops that a run may make, unless said otherwise.

@@ -24,6 +24,23 @@ pub struct Move {
     pub to: Point,
     /// The way between.
     pub kind: MoveKind,
+    /// What may become of the corner at its end.
+    pub corner: Corner,
+}
+
+/// What may become of the corner between two movements.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Corner {
+    /// The path is kept exactly; no stop is asked for (G61).
+    #[default]
+    Exact,
+    /// The machine comes to rest (G61.1, G9).
+    Stop,
+    /// The corner may be cut (G64).
+    Blend {
+        /// By so much at most; none: by what the machine's tolerance allows.
+        tolerance_mm: Option<f64>,
+    },
 }
 
 /// The way of a movement.

@@ -418,7 +418,7 @@ mod tests {
 
     fn check(dialect: Dialect, text: &str, expected: Result<f64, &str>) {
         let machine = Machine::load("ideal").unwrap();
-        let executor = Executor::new(&machine, machine.work_zero_mm);
+        let executor = Executor::new(&machine, &crate::interp::Options::default());
         let mut parameters = Parameters::new(dialect);
         parameters.set(&Target::Number(1), 7.0).unwrap();
         parameters.set(&Target::Number(7), 49.0).unwrap();
@@ -505,7 +505,7 @@ mod tests {
     #[test]
     fn a_message_shows_values() {
         let machine = Machine::load("ideal").unwrap();
-        let executor = Executor::new(&machine, machine.work_zero_mm);
+        let executor = Executor::new(&machine, &crate::interp::Options::default());
         let mut parameters = Parameters::new(Dialect::Iso);
         parameters.set(&Target::Number(12), 1.5).unwrap();
         parameters.set(&Target::Name(Rc::from("ab")), 2.0).unwrap();

@@ -114,7 +114,18 @@ impl<'a> Run<'a> {
         } else {
             self.step_body(motions)?;
         }
+        if self.end != End::Running {
+            self.finish(motions);
+        }
         Ok(true)
+    }
+
+    /// Gives out what the executor holds until it knows what follows.
+    fn finish(&mut self, motions: &mut Vec<Motion>) {
+        let line = self.lines.number().max(1);
+        let place = Place { line, text: b"", calls: &[], file: None };
+        self.engine.finish(place, motions);
+        self.engine.report(place, false);
     }
 
     fn step_main(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {

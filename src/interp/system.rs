@@ -2,7 +2,7 @@
 
 use crate::base::Axis;
 
-use super::execute::{Executor, MM_PER_INCH};
+use super::execute::Executor;
 
 /// Where the machine stands, axis by axis (RS274/NGC).
 const POSITION: std::ops::Range<u32> = 5420..5429;
@@ -21,8 +21,8 @@ impl Executor<'_> {
     pub fn named(&self, name: &str) -> Option<f64> {
         let truth = |holds: bool| f64::from(u8::from(holds));
         Some(match name {
-            "_metric" => truth(self.mm_per_unit != MM_PER_INCH),
-            "_imperial" => truth(self.mm_per_unit == MM_PER_INCH),
+            "_metric" => truth(self.mm_per_unit == 1.0),
+            "_imperial" => truth(self.mm_per_unit != 1.0),
             "_absolute" => truth(self.absolute),
             "_incremental" => truth(!self.absolute),
             _ => {
@@ -35,6 +35,6 @@ impl Executor<'_> {
     /// The position on an axis as the program would give it.
     fn position_in_program(&self, axis: Axis) -> f64 {
         let scale = if axis.is_rotary() { 1.0 } else { self.mm_per_unit };
-        (self.position_mm()[axis] - self.machine.work_zero_mm[axis]) / scale
+        self.frames.program(&self.position_mm)[axis] / scale
     }
 }

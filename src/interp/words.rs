@@ -5,10 +5,12 @@ use crate::gcode::{Block, Call, Fault, Word, letter_bit, rules};
 
 use super::flow::Flow;
 
-/// Whether two codes of one group may stand in one block: mist and flood.
+/// Whether two codes of one group may stand in one block: mist and flood; and G80 with the motion
+/// code that follows on what it ends.
 pub(super) fn go_together(a: &Code, b: &Code) -> bool {
     let is_on = |code: &Code| matches!(code.op, Some(Op::MistOn | Op::FloodOn));
-    is_on(a) && is_on(b) && a != b
+    let ends = |code: &Code| code.op == Some(Op::MotionOff);
+    a != b && (is_on(a) && is_on(b) || ends(a) || ends(b))
 }
 
 /// Two codes of one group, which cannot stand in one block.
@@ -27,13 +29,14 @@ pub(super) fn conflict(rival: &Code, code: &Code, word: &Word) -> Fault {
 pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
     let message = format!("{} is not supported: {}", code.name(), code.meaning);
     let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+    fault.help(remedy(code))
+}
+
+/// What to write instead of a code that is not supported.
+fn remedy(code: &Code) -> &'static str {
     match (code.letter, code.tenths) {
-        (b'G', 410..=421) => {
-            fault.help("let the CAM program compensate, and give the path of the tool's centre")
-        }
-        (b'G', 640) => fault.help("write G61: every block ends exactly where it says"),
-        (b'G', 550..=593) => fault.help("write G54 and coordinates from the profile's work zero"),
-        _ => fault,
+        (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
+        _ => "leave it out, or let the CAM program write for a control without it",
     }
 }
 
@@ -86,6 +89,16 @@ pub(super) fn call_flow(block: &Block, call: &Call, faults: &mut Vec<Fault>) -> 
     repeated_call(&number, block, faults)
 }
 
+/// Where M98, M99 or G65 leads.
+pub(super) fn leads_to(op: Op, block: &Block, faults: &mut Vec<Fault>) -> Flow {
+    match op {
+        Op::Return => {
+            Flow::Return(block.word(b'P').and_then(|word| whole(word, 999_999_999, faults)))
+        }
+        _ => subprogram_flow(block, faults),
+    }
+}
+
 /// What M98 asks for, or G65.
 pub(super) fn subprogram_flow(block: &Block, faults: &mut Vec<Fault>) -> Flow {
     match block.word(b'P') {
@@ -97,11 +110,6 @@ pub(super) fn subprogram_flow(block: &Block, faults: &mut Vec<Fault>) -> Flow {
             Flow::Next
         }
     }
-}
-
-/// What M99 asks for.
-pub(super) fn return_flow(block: &Block, faults: &mut Vec<Fault>) -> Flow {
-    Flow::Return(block.word(b'P').and_then(|word| whole(word, 999_999_999, faults)))
 }
 
 fn repeated_call(number: &Word, block: &Block, faults: &mut Vec<Fault>) -> Flow {

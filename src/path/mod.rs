@@ -36,6 +36,7 @@ pub fn segment(step: &Move) -> Option<Segment> {
         from_mm: step.from,
         to_mm: step.to,
         curve,
+        corner: step.corner,
     })
 }
 

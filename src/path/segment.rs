@@ -10,6 +10,7 @@
 
 use crate::base::axis::AXES;
 use crate::base::{Axis, AxisMap, Event, Plane, Point};
+use crate::interp::Corner;
 
 /// An item of the path: a curve, or an event at which the machine rests.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +34,8 @@ pub struct Segment {
     pub to_mm: Point,
     /// The way between.
     pub curve: Curve,
+    /// What may become of the corner at its end.
+    pub corner: Corner,
 }
 
 /// The shape of a segment.
@@ -191,6 +194,7 @@ mod tests {
             feed_mm_s: Some(5.0),
             from_mm: xyz(20.0, 0.0, 0.0),
             to_mm: xyz(20.0, 0.0, 4.0),
+            corner: Corner::Exact,
             curve: Curve::Arc(Arc {
                 plane: Plane::Xy,
                 center_mm: [10.0, 0.0],

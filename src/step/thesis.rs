@@ -149,7 +149,8 @@ mod tests {
         let mut to_mm = Point::ZERO;
         (to_mm[Axis::X], to_mm[Axis::Y]) = (x, y);
         let from_mm = Point::ZERO;
-        Segment { line: 1, feed_mm_s: Some(feed_mm_s), from_mm, to_mm, curve: Curve::Line }
+        let (curve, corner) = (Curve::Line, Default::default());
+        Segment { line: 1, feed_mm_s: Some(feed_mm_s), from_mm, to_mm, curve, corner }
     }
 
     #[test]

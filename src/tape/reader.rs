@@ -15,6 +15,9 @@ use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Source, Tic
 /// Longest line that is read: no row of nine axes and its events comes near.
 const LINE_BYTES_MAX: u64 = 1 << 16;
 
+/// Most lines before the column names: what a header or the comments of another tool come near.
+const HEADER_LINES_MAX: usize = 1000;
+
 /// Reads a dump: an iterator over its commands, after whose last item (that is, `None`) the seal
 /// has been checked. The first error ends it.
 #[derive(Debug)]
@@ -49,7 +52,11 @@ impl Reader {
             return Err(TapeError::Truncated { line });
         }
         if names.trim_end_matches('\n') != header.columns() {
-            let reason = format!("the columns are not '{}'", header.columns());
+            let reason = if names.ends_with("\r\n") {
+                "lines end in CR LF: a dump that was converted is not what was sealed".to_owned()
+            } else {
+                format!("the columns are not '{}'", header.columns())
+            };
             return Err(TapeError::Row { line: line + 1, reason });
         }
         Reader::new(header, input, names, line, true)
@@ -98,6 +105,11 @@ impl Reader {
         self.columns.event.is_some()
     }
 
+    /// Whether the rows have a column for node buffers.
+    pub fn has_buffers(&self) -> bool {
+        self.columns.buffer.is_some()
+    }
+
     fn new(
         header: Header,
         input: BufReader<SourceReader>,
@@ -106,8 +118,12 @@ impl Reader {
         sealed: bool,
     ) -> Result<Reader, TapeError> {
         let rows = Rows::new(input, names.into_bytes(), sealed);
-        let mut rows =
-            csv::ReaderBuilder::new().flexible(true).buffer_capacity(1 << 16).from_reader(rows);
+        // No row of a sealed dump is quoted; a quote would swallow the lines after it.
+        let mut rows = csv::ReaderBuilder::new()
+            .flexible(true)
+            .quoting(!sealed)
+            .buffer_capacity(1 << 16)
+            .from_reader(rows);
         let columns = Columns::find(rows.byte_headers().map_err(unreadable)?, &header)
             .map_err(|reason| TapeError::Row { line: lines_before + 1, reason })?;
         Ok(Reader {
@@ -284,6 +300,10 @@ fn header_lines(input: &mut impl BufRead) -> Result<(Vec<String>, String), TapeE
         let line = String::from_utf8(bytes).map_err(|_| TapeError::NotADump)?;
         if !line.starts_with('#') {
             return Ok((lines, line));
+        }
+        if lines.len() == HEADER_LINES_MAX {
+            let reason = format!("more than {HEADER_LINES_MAX} lines stand before the columns");
+            return Err(TapeError::Header { line: HEADER_LINES_MAX as u64 + 1, reason });
         }
         lines.push(line.trim_end_matches(['\r', '\n']).to_owned());
     }

@@ -114,7 +114,7 @@ where
         scale_mm: f64,
         work_max: u64,
     ) -> Result<Found, VerifyError> {
-        let mut last_tick = 0;
+        let (mut last_tick, mut has_moved) = (0, false);
         let mut executed = Executed::new(self.commands()?, self.setup);
         let start = executed.at();
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
@@ -127,6 +127,7 @@ where
             if !point.moved {
                 continue;
             }
+            has_moved = true;
             sweep.advance(point.tick, point.at, || edges.next())?;
             if sweep.is_overfull() && work_max == u64::MAX {
                 return Err(VerifyError::TooDense { tick: point.tick });
@@ -135,6 +136,10 @@ where
             if gave_up || sweep.dead() == RUNGS {
                 return Ok(Found::of(&sweep, rungs_mm, gave_up));
             }
+        }
+        if !has_moved {
+            // All of the path is held against the one point: it may be shorter than a step.
+            sweep.advance(last_tick, start, || edges.next())?;
         }
         sweep.finish(last_tick, || edges.next())?;
         Ok(Found::of(&sweep, rungs_mm, false))

@@ -130,8 +130,14 @@ mod tests {
     fn worst(speed_mm_s: f64, jump_mm: f64) -> FeedWindow {
         let machine = Machine::load("ideal").unwrap();
         let start_steps = AxisMap::default();
-        let (tick_us, constant_feed, with_events) = (1000, false, true);
-        let setup = Setup { machine: &machine, tick_us, start_steps, constant_feed, with_events };
+        let setup = Setup {
+            machine: &machine,
+            tick_us: 1000,
+            start_steps,
+            constant_feed: false,
+            with_events: true,
+            with_buffers: false,
+        };
         let standing = |tick: u32| {
             let along_mm = f64::from(tick) * speed_mm_s * 1e-3;
             let jump_mm = if tick < 30 { 0.0 } else { jump_mm };

@@ -144,6 +144,8 @@ struct Walker {
     history: VecDeque<Past>,
     /// Positions of the history since the last standing one.
     moving: usize,
+    /// Positions of the history since the last of another block.
+    in_block: usize,
 }
 
 impl Walker {
@@ -158,12 +160,13 @@ impl Walker {
             buffer: 0,
             buffer_ticks: 0,
             buffer_worst: (0, Place::default()),
-            buffer_ticks_max: setup.machine.bus.motion_ticks_max(),
+            buffer_ticks_max: setup.machine.bus.motion_ticks_max().filter(|_| setup.with_buffers),
             constant_feed: setup.constant_feed,
             counts_max: AxisMap::default(),
             lacked: None,
             history: VecDeque::with_capacity(HISTORY + 1),
             moving: 0,
+            in_block: 0,
         };
         walker.rest();
         walker
@@ -206,6 +209,9 @@ impl Walker {
 
     fn remember(&mut self, standing: bool) {
         self.moving = if standing { 0 } else { self.moving + 1 };
+        let in_same_block = |last: &Past| last.place.line == self.place.line && last.place.line > 0;
+        let goes_on = self.history.back().is_some_and(in_same_block);
+        self.in_block = if goes_on { self.in_block + 1 } else { 0 };
         let past = Past { steps: self.at_steps, place: self.place, standing };
         self.history.push_back(past);
         if self.history.len() > HISTORY {
@@ -220,12 +226,15 @@ impl Walker {
             if a.standing && standing && a.steps == self.at_steps && b.steps == self.at_steps {
                 continue;
             }
+            // Only at a corner, where blocks meet, or from and to rest may the speed make a step.
+            let has_corner = rests || self.in_block < 2 * half;
             let width = half as f64;
             for state in &mut self.axes {
                 let axis = state.profile.axis;
                 let bend = (self.at_steps[axis] - b.steps[axis]) - (b.steps[axis] - a.steps[axis]);
                 let value = bend.unsigned_abs() as f64 / (width * width);
-                let limit = state.accel + state.jump / width + 2.0 / (width * width);
+                let jump = if has_corner { state.jump } else { 0.0 };
+                let limit = state.accel + jump / width + 2.0 / (width * width);
                 let worst = if rests { &mut state.rests } else { &mut state.ramps };
                 worst.take(value, limit, b.place);
             }

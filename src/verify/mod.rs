@@ -51,6 +51,8 @@ pub struct Setup<'a> {
     pub constant_feed: bool,
     /// The commands hold the program's events, so these are compared too.
     pub with_events: bool,
+    /// The commands say which node buffer each tick lies in, so the length of these is judged.
+    pub with_buffers: bool,
 }
 
 impl Setup<'_> {

@@ -63,6 +63,7 @@ fn round(
     master.handle_timeout(now_us);
     while let Some(bytes) = master.poll_transmit(now_us) {
         link.send(&bytes)?;
+        master.handle_sent(link.now_us());
     }
     if let Some(until_us) = master.poll_timeout() {
         link.receive(bytes, until_us, master.answer_from_us())?;

@@ -49,7 +49,7 @@ pub fn serve(pty: &mut Pty, nodes: &mut Nodes, serving: Serving<'_>) -> io::Resu
             Received::Nothing => {}
             Received::Closed => {
                 if serving.once {
-                    settle(nodes, &mut clock);
+                    settle(nodes, &mut clock, serving.stopped);
                     report(nodes, serving.entry);
                     return Ok(());
                 }
@@ -70,10 +70,14 @@ pub fn serve(pty: &mut Pty, nodes: &mut Nodes, serving: Serving<'_>) -> io::Resu
     Ok(())
 }
 
-/// What is still on the wire reaches the nodes.
-fn settle(nodes: &mut Nodes, clock: &mut Clock) {
-    while let Some(next_us) = nodes.poll_timeout() {
-        std::thread::sleep(clock.until(next_us));
+/// What is still on the wire reaches the nodes: minutes pass if a host wrote without waiting.
+fn settle(nodes: &mut Nodes, clock: &mut Clock, stopped: &dyn Fn() -> bool) {
+    while let Some(next_us) = nodes.poll_timeout().filter(|_| !stopped()) {
+        let wait = clock.until(next_us);
+        std::thread::sleep(wait.min(SLEEP_MAX));
+        if wait > SLEEP_MAX {
+            continue;
+        }
         clock.jump_to(next_us);
         let now_us = clock.now_us().max(next_us);
         nodes.advance(now_us);

@@ -1,13 +1,18 @@
 //! What commands are handed: programs, dumps, profiles.
 
+use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
 use cnc::base::machine::{POSITION_MOST, ProfileError};
 use cnc::base::{Machine, Point, Source};
+use cnc::interp::Tools;
+use cnc::tape::{self, Origin};
+use sha2::{Digest, Sha256};
 
 use crate::args::Global;
+use crate::exit::{ExitWith, Failure};
 use crate::report;
 
 /// Opens a file, or spools standard input for `-`.
@@ -16,6 +21,35 @@ pub fn source(file: &Path) -> anyhow::Result<Source> {
         return Source::spool("<stdin>", std::io::stdin().lock()).context("standard input");
     }
     Source::open(file).with_context(|| file.display().to_string())
+}
+
+/// Opens what has to be a program; a command dump is told from it by its content.
+pub fn program(file: &Path) -> Result<Source, Failure> {
+    let source = source(file)?;
+    if is_dump(&source)? {
+        let name = source.name();
+        let reason =
+            anyhow!("{name} is a command dump, not an NC program; verify and send take dumps");
+        return Err(reason).or_bad_input();
+    }
+    Ok(source)
+}
+
+/// Whether a file is a command dump.
+pub fn is_dump(source: &Source) -> anyhow::Result<bool> {
+    let mut head = Vec::new();
+    let read = source.reader(0).take(16).read_to_end(&mut head);
+    read.with_context(|| source.name().to_owned())?;
+    Ok(tape::looks_like_dump(&head))
+}
+
+/// Reads the tool table that `--tools` names, if it does, and what it was for a dump's header.
+pub fn tools(file: Option<&Path>) -> anyhow::Result<(Tools, Option<Origin>)> {
+    let Some(file) = file else { return Ok((Tools::default(), None)) };
+    let name = file.display().to_string();
+    let text = std::fs::read_to_string(file).with_context(|| name.clone())?;
+    let tools = Tools::parse(&text).with_context(|| format!("tool table {name}"))?;
+    Ok((tools, Some(Origin { name, sha256: Sha256::digest(&text).into() })))
 }
 
 /// Loads the profile that `--machine` names, and says its warnings.

@@ -2,7 +2,7 @@
 //! first, then planned and interpolated.
 
 use std::cell::RefCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::ValueEnum;
@@ -31,6 +31,9 @@ pub struct MotionArgs {
     pub start: Option<Start>,
     #[command(flatten)]
     pub language: LanguageArgs,
+    /// Tool table: CSV, or LinuxCNC's format; lengths in mm
+    #[arg(long, value_name = "FILE")]
+    pub tools: Option<PathBuf>,
 }
 
 /// How speed is planned.
@@ -58,6 +61,8 @@ pub struct Program {
     pub source: Source,
     pub machine: Machine,
     pub checked: Checked,
+    /// Files beside the program that its motion was made from.
+    pub inputs: Vec<Origin>,
     options: interp::Options,
     feed: Feed,
 }
@@ -71,7 +76,7 @@ impl Program {
         global: &Global,
     ) -> Result<Result<Program, Exit>, Failure> {
         let machine = input::machine(global)?;
-        let source = input::source(file)?;
+        let source = input::program(file)?;
         Program::check(file, source, machine, motion, global)
     }
 
@@ -92,7 +97,8 @@ impl Program {
             return Err(Failure { code: 2, error: reason });
         }
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
-        let options = interp::Options { start_mm, ..motion.language.options(file) };
+        let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
+        let options = interp::Options { start_mm, tools, ..motion.language.options(file) };
         let checked = interp::check(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
@@ -102,7 +108,10 @@ impl Program {
             FeedMode::ExactStop => Feed::ExactStop,
             FeedMode::Constant => Feed::Constant,
         };
-        Ok(Ok(Program { source, machine, checked, options, feed }))
+        let subprograms = checked.inputs.iter().cloned();
+        let subprograms = subprograms.map(|(name, sha256)| Origin { name, sha256 });
+        let inputs = tools_origin.into_iter().chain(subprograms).collect();
+        Ok(Ok(Program { source, machine, checked, inputs, options, feed }))
     }
 
     /// Where the job starts, in machine coordinates.
@@ -151,12 +160,6 @@ impl Program {
         })
     }
 
-    /// Further files that the program made the interpreter read.
-    pub fn inputs(&self) -> Vec<Origin> {
-        let inputs = self.checked.inputs.iter().cloned();
-        inputs.map(|(name, sha256)| Origin { name, sha256 }).collect()
-    }
-
     /// The header of the job's dump.
     pub fn header(&self, encoder: Encoder, encoding: Encoding) -> Header {
         let machine = &self.machine;
@@ -180,8 +183,11 @@ impl Program {
         }
         Header {
             tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
-            program: Origin { name: self.source.name().to_owned(), sha256: self.checked.sha256 },
-            inputs: self.inputs(),
+            program: Origin {
+                name: self.source.file_name().to_owned(),
+                sha256: self.checked.sha256,
+            },
+            inputs: self.inputs.clone(),
             options,
             machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },
             tick_us: match encoder {

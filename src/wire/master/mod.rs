@@ -7,7 +7,8 @@
 //!
 //! # Calling order
 //! Round and round: [`Master::handle_bytes`] with what has come, [`Master::handle_timeout`], then
-//! [`Master::poll_transmit`] until it gives nothing (hand all of it to the port), then
+//! [`Master::poll_transmit`] until it gives nothing (hand all of it to the port, and tell by
+//! [`Master::handle_sent`] when that was done), then
 //! [`Master::poll_event`] until it gives nothing. Come back when bytes come, or at
 //! [`Master::poll_timeout`] at the latest. Times are microseconds from any origin and never go
 //! back. After [`MasterEvent::Ended`] there is nothing left to do.
@@ -214,7 +215,8 @@ impl Master {
         self.settle(now_us);
     }
 
-    /// The next bytes for the port, at most 64, if it is time for them.
+    /// The next bytes for the port, at most 64, if it is time for them. Once they have been
+    /// written, [`Master::handle_sent`] has to be told.
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<Vec<u8>> {
         self.settle(now_us);
         if let State::Running(_) = self.state {
@@ -233,6 +235,19 @@ impl Master {
             self.sent();
         }
         Some(piece)
+    }
+
+    /// The bytes handed out last have been written. A host that was held up before it could write
+    /// them is late: the next sync byte and the time-outs count from here.
+    pub fn handle_sent(&mut self, now_us: u64) {
+        let answer_us = self.timing.byte_us() + self.timing.reply_timeout_us;
+        match &mut self.state {
+            State::Waiting { deadline_us, .. } => {
+                *deadline_us = (*deadline_us).max(now_us + answer_us);
+            }
+            State::Running(_) => self.sync_sent(now_us),
+            _ => {}
+        }
     }
 
     /// When to call again, if no bytes come before; none while a person is waited for.
@@ -311,8 +326,10 @@ impl Master {
         self.end(End::Interrupted);
     }
 
-    /// Ends the job: the port is gone.
+    /// Ends the job: the port is gone. A node that was in the middle of a ping or a fill would take
+    /// the next host's first bytes for the rest of it.
     pub fn fail_port(&mut self, why: String) {
+        self.power_cycle |= matches!(self.state, State::Sending { .. } | State::Waiting { .. });
         self.doubt_sent_tick();
         self.end(End::Failed(Fault::Port(why)));
     }

@@ -119,19 +119,35 @@ impl Master {
 
     fn send_sync(&mut self, now_us: u64) -> Option<Vec<u8>> {
         self.occupy_wire(now_us, 1);
-        let answer_us = self.timing.sync_answer_us + self.timing.byte_us();
-        let deadline_us = self.wire_free_us() + answer_us + self.timing.reply_timeout_us;
+        let deadline_us = self.wire_free_us() + self.sync_wait_us();
         let State::Running(run) = &mut self.state else { return None };
-        if let Some(scheduled_us) = run.scheduled_us.take() {
-            let late_us = now_us.saturating_sub(scheduled_us);
-            self.late_us += late_us;
-            self.late_us_max = self.late_us_max.max(late_us);
-        }
         run.dwells = false;
         run.sent_us = now_us;
         run.deadline_us = Some(deadline_us);
         run.sent += 1;
         Some(vec![frame::SYNC])
+    }
+
+    /// The sync byte is out. The clock was read before it was written, and whatever held the host
+    /// up in between would bring the next byte too close to this one (H6).
+    pub(super) fn sync_sent(&mut self, now_us: u64) {
+        let deadline_us = now_us + self.sync_wait_us();
+        let State::Running(run) = &mut self.state else { return };
+        if !run.waits() {
+            return;
+        }
+        run.sent_us = run.sent_us.max(now_us);
+        run.deadline_us = run.deadline_us.max(Some(deadline_us));
+        if let Some(scheduled_us) = run.scheduled_us.take() {
+            let late_us = now_us.saturating_sub(scheduled_us);
+            self.late_us += late_us;
+            self.late_us_max = self.late_us_max.max(late_us);
+        }
+    }
+
+    /// From when a sync byte has left the wire until its answer is overdue.
+    fn sync_wait_us(&self) -> u64 {
+        self.timing.sync_answer_us + self.timing.byte_us() + self.timing.reply_timeout_us
     }
 
     /// The pairs of idle nodes stay in phase only after an even number of sync bytes.
@@ -154,6 +170,9 @@ impl Master {
         };
         let Some(master) = buffer.master() else { return };
         if !run.waits() {
+            // Who has made the master answer again may have made every node step again.
+            let axes: Vec<Axis> = buffer.fills.iter().map(|fill| fill.axis).collect();
+            axes.into_iter().for_each(|axis| self.doubtful.insert(axis));
             return self.fail(Fault::Unexpected { got: byte });
         }
         if byte != master.id {

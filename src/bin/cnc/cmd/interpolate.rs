@@ -130,7 +130,7 @@ fn to_json(summary: &Summary, program: &Program) -> Value {
         .iter()
         .map(|seam| {
             json!({"tick": seam.tick, "line": seam.line, "kind": seam.kind.name(),
-                   "lost_seconds": seam.lost_s})
+                   "lost_seconds": six_digits(seam.lost_s)})
         })
         .collect();
     let limits: Vec<String> = summary.bounds.iter().map(ToString::to_string).collect();
@@ -138,14 +138,19 @@ fn to_json(summary: &Summary, program: &Program) -> Value {
     json!({
         "schema": 1,
         "ticks": summary.ticks,
-        "motion_seconds": summary.motion_s(machine),
-        "total_seconds": summary.total_s(machine),
+        "motion_seconds": six_digits(summary.motion_s(machine)),
+        "total_seconds": six_digits(summary.total_s(machine)),
         "extents_mm": extents,
-        "distance_mm": {"cut": summary.cut_mm, "rapid": summary.rapid_mm},
+        "distance_mm": {"cut": six_digits(summary.cut_mm), "rapid": six_digits(summary.rapid_mm)},
         "seams": seams,
         "limits_met": limits,
         "warnings": warnings,
     })
+}
+
+/// To six decimals, below which sums of floats are noise.
+fn six_digits(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
 }
 
 fn warning(diagnostic: &cnc::base::Diagnostic) -> Value {

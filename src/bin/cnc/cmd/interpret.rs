@@ -22,13 +22,17 @@ pub struct Args {
     start: Option<input::Start>,
     #[command(flatten)]
     language: LanguageArgs,
+    /// Tool table: CSV, or LinuxCNC's format; lengths in mm
+    #[arg(long, value_name = "FILE")]
+    tools: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
-    let source = input::source(&args.file)?;
+    let source = input::program(&args.file)?;
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
-    let options = Options { start_mm, ..args.language.options(&args.file) };
+    let (tools, _) = input::tools(args.tools.as_deref())?;
+    let options = Options { start_mm, tools, ..args.language.options(&args.file) };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
@@ -258,6 +262,13 @@ fn json_event(text: &mut Vec<u8>, event: &Event) {
         EventKind::S(rpm) => {
             text.extend_from_slice(b",\"code\":\"S\"");
             field(text, "s", rpm);
+        }
+        EventKind::SurfaceSpeed { m_min, rpm_max } => {
+            text.extend_from_slice(b",\"code\":\"G96\"");
+            field(text, "s", m_min);
+            if let Some(rpm) = rpm_max {
+                field(text, "d", rpm);
+            }
         }
         EventKind::T(tool) => {
             text.extend_from_slice(b",\"code\":\"T\"");

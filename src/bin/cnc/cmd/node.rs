@@ -65,7 +65,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     };
     let start = machine.nearest_steps(&machine.work_zero_mm);
     let mut nodes = Nodes::new(&machine, units, &start, ANSWER_PAUSE_US + late_us);
-    let mut pty = Pty::open(args.link.as_deref()).context("no pseudo-terminal")?;
+    let mut pty = Pty::open(args.link.as_deref()).with_context(|| match &args.link {
+        Some(link) => format!("no pseudo-terminal with the link {}", link.display()),
+        None => "no pseudo-terminal".to_owned(),
+    })?;
     announce(&pty, global)?;
     let mut hazards = 0_u64;
     let mut entry = |entry: &Entry| {

@@ -4,16 +4,15 @@ mod operator;
 mod result;
 
 use std::cell::RefCell;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
 use cnc::interp::RunError;
 use cnc::plan::Feed;
 use cnc::step::Summary;
-use cnc::wire::{self, ANSWER_PAUSE_US, End, Ending, Job, Master, Nodes, Timing};
+use cnc::wire::{self, ANSWER_PAUSE_US, End, Ending, Job, JobError, Master, Nodes, Timing};
 use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
 use cnc::{tape, verify};
 
@@ -60,10 +59,9 @@ const SIMULATED: &str = "sim:";
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = input::source(&args.file)?;
     check_speed(args)?;
-    if tape::looks_like_dump(&head(&source)?) {
+    if input::is_dump(&source)? {
         let machine = input::machine(global)?;
-        let (commands, start_steps) = dump(&source, &machine)?;
-        let job = Job::new(commands, start_steps, &machine).or_bad_input()?;
+        let job = dump(&source, &machine)?;
         return run_job(args, global, &machine, job, None);
     }
     let program =
@@ -73,9 +71,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
-    let commands = program.commands(&summary).collect::<Result<Vec<_>, _>>()?;
     let start_steps = machine.nearest_steps(&program.start_mm());
-    let job = Job::new(commands, start_steps, machine).or_bad_input()?;
+    let job = gather(program.commands(&summary), start_steps, machine)?.or_bad_input()?;
     run_job(args, global, machine, job, Some(&program))
 }
 
@@ -109,17 +106,23 @@ fn run_job(
     }
 }
 
-/// Enough of a file to tell a dump from a program.
-fn head(source: &Source) -> anyhow::Result<Vec<u8>> {
-    let mut head = Vec::new();
-    let read = source.reader(0).take(16).read_to_end(&mut head);
-    read.with_context(|| source.name().to_owned())?;
-    Ok(head)
+/// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the
+/// source, or else of the job.
+fn gather<E>(
+    commands: impl Iterator<Item = Result<Command, E>>,
+    start_steps: AxisMap<i64>,
+    machine: &Machine,
+) -> Result<Result<Job, JobError>, E> {
+    let mut failed = None;
+    let good = commands.map_while(|command| command.map_err(|error| failed = Some(error)).ok());
+    let job = Job::new(good, start_steps, machine);
+    failed.map_or(Ok(job), Err)
 }
 
-/// The commands of a dump, and where the machine has to stand at their start.
-fn dump(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64>), Failure> {
-    let reader = tape::Reader::open(source.clone()).or_bad_input()?;
+/// The job of a dump. Its seal stands at its end, and is checked before anything else is.
+fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
+    let open = || tape::Reader::open(source.clone()).or_bad_input();
+    let mut reader = open()?;
     let header = reader.header();
     let stranger = |what: &str| {
         let name = source.name();
@@ -133,6 +136,10 @@ fn dump(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64
             machine.id
         ));
     }
+    let scale = |axis| machine.axis(axis).map(|profile| profile.steps_per_mm);
+    if let Some((axis, steps)) = header.steps_per_mm.iter().find(|(a, s)| scale(*a) != Some(*s)) {
+        return stranger(&format!("with {axis}={steps} steps per mm, which the machine has not"));
+    }
     if header.tick_us != machine.bus.tick_us {
         let (made, bus) = (header.tick_us, machine.bus.tick_us);
         return stranger(&format!("with ticks of {made} µs, the bus has {bus} µs"));
@@ -141,8 +148,8 @@ fn dump(source: &Source, machine: &Machine) -> Result<(Vec<Command>, AxisMap<i64
         return stranger("with --encoder thesis, which is for comparison only");
     }
     let start_steps = header.start_steps;
-    let commands = reader.collect::<Result<_, _>>().or_bad_input()?;
-    Ok((commands, start_steps))
+    reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
+    gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()
 }
 
 /// Real nodes keep their own time.
@@ -192,6 +199,7 @@ fn verified(program: &Program) -> anyhow::Result<verify::Report> {
         start_steps: machine.nearest_steps(&program.start_mm()),
         constant_feed: program.feed() == Feed::Constant,
         with_events: true,
+        with_buffers: true,
     };
     let summary = RefCell::new(Summary::default());
     let commands = || Ok::<_, RunError>(program.commands(&summary));

@@ -4,9 +4,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
+use cnc::base::machine::BUILT_IN;
 use cnc::base::{Machine, Source};
 use cnc::interp::Dialect;
-use cnc::tape::{Header, Reader, TapeError};
+use cnc::tape::{Header, Origin, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
@@ -30,6 +31,9 @@ pub struct Args {
     unsealed: bool,
     #[command(flatten)]
     subprograms: SubprogramArgs,
+    /// Tool table that the dump was made with
+    #[arg(long, value_name = "FILE")]
+    tools: Option<PathBuf>,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
@@ -37,18 +41,22 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         return Err(anyhow!("standard input cannot be both the program and the dump").into());
     }
     let machine = input::machine(global)?;
-    let program = input::source(&args.program)?;
+    let program = input::program(&args.program)?;
     let dump = input::source(&args.dump)?;
     let name = dump.name().to_owned();
     let reader = open(args, &dump, &machine).with_context(|| name.clone()).or_bad_input()?;
     if !reader.unused_columns().is_empty() && !global.quiet {
         say!("warning: {name}: columns not used: {}", reader.unused_columns().join(", "));
     }
-    let (header, with_events) = (reader.header().clone(), reader.has_events());
+    let (with_events, with_buffers) = (reader.has_events(), reader.has_buffers());
+    let header = reader.header().clone();
     if !args.unsealed {
         check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
     }
-    let motion = motion(&header, &machine, args).with_context(|| name.clone()).or_bad_input()?;
+    let motion = MotionArgs {
+        tools: args.tools.clone(),
+        ..motion(&header, &machine, args).with_context(|| name.clone()).or_bad_input()?
+    };
     let program = match Program::check(&args.program, program, machine, &motion, global)? {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
@@ -62,6 +70,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         start_steps: header.start_steps,
         constant_feed: motion.feed == FeedMode::Constant,
         with_events,
+        with_buffers,
     };
     let commands = || open(args, &dump, &program.machine);
     let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
@@ -95,11 +104,12 @@ fn open(args: &Args, dump: &Source, machine: &Machine) -> Result<Reader, TapeErr
 fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
     let of = &header.machine;
     if of.name != machine.id {
+        let is_built_in = BUILT_IN.iter().any(|(id, _)| *id == of.name);
+        let profile = if is_built_in { &of.name } else { "FILE with its profile" };
         bail!(
-            "the dump was made for machine '{}', not for '{}'; use --machine {}",
+            "the dump was made for machine '{}', not for '{}'; use --machine {profile}",
             of.name,
-            machine.id,
-            of.name
+            machine.id
         );
     }
     if of.sha256 != machine.sha256() {
@@ -130,17 +140,18 @@ fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
             header.program.name
         );
     }
-    let read = program.inputs();
-    if let Some(input) = header.inputs.iter().find(|input| !read.contains(input)) {
-        let name = &input.name;
-        if read.iter().any(|other| other.name == *name) {
-            bail!("'{name}' has changed since the dump was made; interpolate the program again");
-        }
-        bail!("the dump was made with the further file '{name}', which the program does not read");
+    let missing = |of: &[Origin], other: &[Origin]| {
+        of.iter().find(|input| other.iter().all(|o| o.sha256 != input.sha256)).cloned()
+    };
+    if let Some(input) = missing(&header.inputs, &program.inputs) {
+        bail!(
+            "the dump was made with the further file '{}' as it was then; a tool table is handed in \
+             by --tools, a folder of subprograms by --include",
+            input.name
+        );
     }
-    if let Some(input) = read.iter().find(|input| !header.inputs.contains(input)) {
-        let name = &input.name;
-        bail!("the program reads the further file '{name}', which the dump was not made with");
+    if let Some(input) = missing(&program.inputs, &header.inputs) {
+        bail!("the dump was made without '{}'; leave it out", input.name);
     }
     Ok(())
 }
@@ -154,7 +165,7 @@ fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<Mot
     let subprograms = args.subprograms.clone();
     let language = LanguageArgs { subprograms, ..Default::default() };
     let start = start(header, machine);
-    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start, language };
+    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start, tools: None, language };
     for option in &header.options {
         if is(option, "feed", "constant") {
             motion.feed = FeedMode::Constant;

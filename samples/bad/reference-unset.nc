@@ -1,0 +1,3 @@
+(expect: reference-unset 2:1)
+G91 G28 Z0
+M30

@@ -1,0 +1,425 @@
+//! Cutter compensation: from the contour to the path of the tool's centre, move by move.
+//!
+//! ```text
+//!   outside corner: an arc about it     inside corner: where both offsets meet
+//!        ___                                  │  ·
+//!      ,'   ╲ r                               │  └───────
+//!      │  ·──────                             └──────────
+//!      │  │                                   (contour; · is the tool's centre)
+//! ```
+//!
+//! A move is held until the next one in the plane tells its end. The first move after G41 or G42
+//! leads in, to a place beside its end, across its own direction; the first in the plane after G40
+//! leads out, straight to where it ends. Each of the two is a straight line. A move that the corners
+//! at both its ends swallow would gouge and is refused; so is an inside arc of no more than the
+//! tool's radius. Corners of moves that do not follow each other are not looked at.
+
+use crate::base::{Plane, Point};
+use crate::gcode::{Block, Fault, rules};
+
+use super::arc::sweep_rad;
+use super::motion::{Motion, Move, MoveKind};
+
+/// Ends this near to each other are one point: what rounding leaves of tangents.
+const SAME_POINT_MM: f64 = 1e-6;
+
+/// Angles this near to half a turn are a way back.
+const WAY_BACK_RAD: f64 = 1e-6;
+
+/// Most that is held between two moves in the plane.
+const HELD_MAX: usize = 1000;
+
+type Vector = [f64; 2];
+
+/// The stage: takes motion of the contour, gives motion of the tool's centre.
+#[derive(Debug)]
+pub(super) struct Compensation {
+    pub plane: Plane,
+    radius_mm: f64,
+    /// 1: left of the contour, -1: right of it.
+    side: f64,
+    /// Whether G40 has come: what is left is to lead out.
+    leads_out: bool,
+    /// Where the tool's centre is, once what has been given is done.
+    at: Point,
+    /// A move in the plane and what follows it.
+    held: Vec<Motion>,
+    last: Option<Piece>,
+}
+
+/// A move of the contour, moved aside by the radius.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    line: u32,
+    /// The end of the contour's move.
+    corner: Vector,
+    start: Vector,
+    end: Vector,
+    start_tangent: Vector,
+    end_tangent: Vector,
+    round: Option<Round>,
+    is_lead_in: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Round {
+    center: Vector,
+    ccw: bool,
+    /// Radii at start and end.
+    radii: [f64; 2],
+    sweep_rad: f64,
+}
+
+impl Compensation {
+    /// Begins at a position of the contour; `is_left` of a negative radius is right.
+    pub fn new(plane: Plane, is_left: bool, radius_mm: f64, at: Point) -> Compensation {
+        let side = if is_left == (radius_mm >= 0.0) { 1.0 } else { -1.0 };
+        let radius_mm = radius_mm.abs();
+        Compensation { plane, radius_mm, side, leads_out: false, at, held: Vec::new(), last: None }
+    }
+
+    /// Whether G40 has not come yet.
+    pub fn is_on(&self) -> bool {
+        !self.leads_out
+    }
+
+    /// Where the tool's centre is, or will be once what is held is given out.
+    pub fn position_mm(&self) -> Point {
+        self.at
+    }
+
+    /// Takes motion; false once the tool is back on the contour.
+    pub fn push(
+        &mut self,
+        motion: Motion,
+        block: &Block,
+        out: &mut Vec<Motion>,
+        faults: &mut Vec<Fault>,
+    ) -> bool {
+        let Motion::Move(step) = motion else {
+            self.hold(motion, block, out, faults);
+            return true;
+        };
+        let is_round = matches!(step.kind, MoveKind::Arc { .. });
+        if !is_round && self.flat(&step.from) == self.flat(&step.to) {
+            self.hold(motion, block, out, faults);
+            return true;
+        }
+        let other_plane = matches!(step.kind, MoveKind::Arc { plane, .. } if plane != self.plane);
+        let is_lead = self.leads_out || self.last.is_none();
+        if other_plane || (is_lead && is_round) {
+            let message = if other_plane {
+                "this arc does not lie in the plane of compensation"
+            } else if self.leads_out {
+                "the first move after G40 leads out: it cannot be an arc"
+            } else {
+                "the first move after G41 or G42 leads in: it cannot be an arc"
+            };
+            faults.push(Fault::block(&rules::COMPENSATION_MODE, block, message));
+            return true;
+        }
+        if self.leads_out {
+            out.push(Motion::Move(Move { from: self.at, ..step }));
+            self.at = step.to;
+            return false;
+        }
+        match self.piece(&step) {
+            Some(piece) => self.join(piece, step, block, out, faults),
+            None => {
+                let message = format!(
+                    "the tool's radius of {:.4} mm does not fit into this arc",
+                    self.radius_mm
+                );
+                faults.push(Fault::block(&rules::COMPENSATION_GOUGE, block, message));
+            }
+        }
+        true
+    }
+
+    /// G40 or the end of the program: gives out what is held.
+    pub fn end(&mut self, block: &Block, out: &mut Vec<Motion>, faults: &mut Vec<Fault>) {
+        self.leads_out = true;
+        if let Some(last) = self.last.take() {
+            if !last.reaches(last.end) {
+                faults.push(self.gouge(&last, last.line, block));
+            }
+            self.release(last.end, out);
+        }
+    }
+
+    /// Keeps what does not move in the plane behind what does.
+    fn hold(
+        &mut self,
+        motion: Motion,
+        block: &Block,
+        out: &mut Vec<Motion>,
+        faults: &mut Vec<Fault>,
+    ) {
+        if self.held.len() == HELD_MAX {
+            let message = format!(
+                "more than {HELD_MAX} moves and functions follow each other without a move in the \
+                 plane of compensation"
+            );
+            faults.push(Fault::block(&rules::COMPENSATION_MODE, block, message));
+            return;
+        }
+        let (is_free, at) = (self.held.is_empty(), self.flat(&self.at));
+        self.held.push(motion);
+        if is_free {
+            self.release(at, out);
+        }
+    }
+
+    /// Gives out what is held; it ends, in the plane, at a place.
+    fn release(&mut self, end: Vector, out: &mut Vec<Motion>) {
+        let [first, second] = self.plane.axes();
+        for motion in self.held.drain(..) {
+            let Motion::Move(mut step) = motion else {
+                out.push(motion);
+                continue;
+            };
+            step.from = self.at;
+            [step.to[first], step.to[second]] = end;
+            self.at = step.to;
+            out.push(Motion::Move(step));
+        }
+    }
+
+    /// Ends the piece before where a piece begins, and goes round the corner between.
+    fn join(
+        &mut self,
+        mut piece: Piece,
+        step: Move,
+        block: &Block,
+        out: &mut Vec<Motion>,
+        faults: &mut Vec<Fault>,
+    ) {
+        match self.last {
+            None => {
+                piece.start = self.flat(&self.at);
+                piece.is_lead_in = true;
+                if length(minus(piece.corner, piece.start)) <= self.radius_mm {
+                    let message = format!(
+                        "the move that leads in is no longer than the tool's radius of {:.4} mm",
+                        self.radius_mm
+                    );
+                    faults.push(Fault::block(&rules::COMPENSATION_GOUGE, block, message));
+                }
+            }
+            Some(last) => {
+                let turn_rad = angle(last.end_tangent, piece.start_tangent);
+                let is_same = length(minus(last.end, piece.start)) < SAME_POINT_MM;
+                let is_back = turn_rad.abs() > std::f64::consts::PI - WAY_BACK_RAD;
+                let is_inside = turn_rad * self.side > 0.0 && !is_back && !is_same;
+                let meeting = if is_inside { last.meets(&piece) } else { Some(piece.start) };
+                let Some(meeting) = meeting else {
+                    faults.push(self.gouge(&last, piece.line, block));
+                    return;
+                };
+                piece.start = meeting;
+                let end = if is_inside || is_same { meeting } else { last.end };
+                if !last.reaches(end) {
+                    faults.push(self.gouge(&last, piece.line, block));
+                }
+                self.release(end, out);
+                if !is_inside && !is_same {
+                    self.go_round(&last, &piece, turn_rad, &step, out);
+                }
+            }
+        }
+        self.held.push(Motion::Move(step));
+        self.last = Some(piece);
+    }
+
+    fn gouge(&self, last: &Piece, line: u32, block: &Block) -> Fault {
+        let message = format!(
+            "the tool's radius of {:.4} mm does not fit: the move of line {} is too short for its \
+             corner with line {line}",
+            self.radius_mm, last.line
+        );
+        let fault = Fault::block(&rules::COMPENSATION_GOUGE, block, message);
+        fault.help("take a smaller tool, or leave such places out of the contour")
+    }
+
+    /// Goes round an outside corner: by an arc at feed; between rapids, which know no arcs, by
+    /// lines outside of that arc.
+    fn go_round(
+        &mut self,
+        last: &Piece,
+        piece: &Piece,
+        turn_rad: f64,
+        next: &Move,
+        out: &mut Vec<Motion>,
+    ) {
+        let feed_of = |motion: Option<&Motion>| match motion {
+            Some(Motion::Move(Move {
+                kind: MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. },
+                ..
+            })) => Some(*feed_mm_min),
+            _ => None,
+        };
+        let before = out.iter().rev().find(|motion| matches!(motion, Motion::Move(_)));
+        let feed_mm_min = feed_of(Some(&Motion::Move(*next))).or(feed_of(before));
+        let mut ways = Vec::new();
+        match feed_mm_min {
+            Some(feed_mm_min) => {
+                // Round an outside corner on its left the tool turns clockwise.
+                let (ccw, center_mm) = (self.side < 0.0, last.corner);
+                let (plane, turns) = (self.plane, 0);
+                let arc = MoveKind::Arc { feed_mm_min, plane, center_mm, ccw, turns };
+                ways.push((piece.start, arc));
+            }
+            None => {
+                let by_mm = self.radius_mm * (turn_rad.abs() / 4.0).tan();
+                ways.push((plus(last.end, last.end_tangent, by_mm), MoveKind::Rapid));
+                ways.push((plus(piece.start, piece.start_tangent, -by_mm), MoveKind::Rapid));
+                ways.push((piece.start, MoveKind::Rapid));
+            }
+        }
+        let [first, second] = self.plane.axes();
+        for (end, kind) in ways {
+            let mut to = self.at;
+            [to[first], to[second]] = end;
+            out.push(Motion::Move(Move { from: self.at, to, kind, ..*next }));
+            self.at = to;
+        }
+    }
+
+    fn flat(&self, point: &Point) -> Vector {
+        self.plane.axes().map(|axis| point[axis])
+    }
+
+    /// A move of the contour beside itself; none where an inside arc leaves no room.
+    fn piece(&self, step: &Move) -> Option<Piece> {
+        let (from, to) = (self.flat(&step.from), self.flat(&step.to));
+        let by_mm = self.radius_mm * self.side;
+        let beside = |at: Vector, tangent: Vector| plus(at, [-tangent[1], tangent[0]], by_mm);
+        let MoveKind::Arc { center_mm: center, ccw, turns, .. } = step.kind else {
+            let way = minus(to, from);
+            let tangent = way.map(|part| part / length(way));
+            return Some(Piece {
+                line: step.line,
+                corner: to,
+                start: beside(from, tangent),
+                end: beside(to, tangent),
+                start_tangent: tangent,
+                end_tangent: tangent,
+                round: None,
+                is_lead_in: false,
+            });
+        };
+        let turning = if ccw { 1.0 } else { -1.0 };
+        let tangent = |at: Vector| {
+            let out = minus(at, center);
+            let radius = length(out);
+            [-out[1] / radius * turning, out[0] / radius * turning]
+        };
+        // Left of an arc that turns left is its centre.
+        let radii = [from, to].map(|at| length(minus(at, center)) - by_mm * turning);
+        if radii.iter().any(|radius| *radius <= 0.0) {
+            return None;
+        }
+        let (start_tangent, end_tangent) = (tangent(from), tangent(to));
+        let sweep_rad = sweep_rad(from, to, center, ccw, turns);
+        Some(Piece {
+            line: step.line,
+            corner: to,
+            start: beside(from, start_tangent),
+            end: beside(to, end_tangent),
+            start_tangent,
+            end_tangent,
+            round: Some(Round { center, ccw, radii, sweep_rad }),
+            is_lead_in: false,
+        })
+    }
+}
+
+impl Piece {
+    /// Whether the piece, from its start on, still goes forward to an end that a corner has moved.
+    fn reaches(&self, end: Vector) -> bool {
+        match self.round {
+            _ if self.is_lead_in => true,
+            None => dot(minus(end, self.start), self.end_tangent) > -SAME_POINT_MM,
+            Some(round) => {
+                let left = sweep_rad(self.start, end, round.center, round.ccw, 0);
+                let whole = round.sweep_rad % std::f64::consts::TAU;
+                let is_full = whole == 0.0 || round.sweep_rad > std::f64::consts::TAU;
+                is_full || left <= whole + SAME_POINT_MM / round.radii[1]
+            }
+        }
+    }
+
+    /// Where the piece meets the next one, nearest to the corner between them.
+    fn meets(&self, next: &Piece) -> Option<Vector> {
+        let near = |points: [Vector; 2]| {
+            let far = |point: &Vector| length(minus(*point, self.corner));
+            points.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)))
+        };
+        match (self.round, next.round) {
+            (None, None) => {
+                let across = cross(self.end_tangent, next.start_tangent);
+                let share = cross(minus(next.start, self.end), next.start_tangent) / across;
+                Some(plus(self.end, self.end_tangent, share)).filter(|_| share.is_finite())
+            }
+            (None, Some(round)) => {
+                near(line_circle(self.end, self.end_tangent, round.center, round.radii[0])?)
+            }
+            (Some(round), None) => {
+                near(line_circle(next.start, next.start_tangent, round.center, round.radii[1])?)
+            }
+            (Some(a), Some(b)) => near(circles(a.center, a.radii[1], b.center, b.radii[0])?),
+        }
+    }
+}
+
+/// Where a line through a point meets a circle.
+fn line_circle(at: Vector, along: Vector, center: Vector, radius: f64) -> Option<[Vector; 2]> {
+    let foot = plus(at, along, dot(minus(center, at), along));
+    let off = length(minus(foot, center));
+    let half = ((radius - off) * (radius + off)).max(-SAME_POINT_MM);
+    let half = (half >= -SAME_POINT_MM && off <= radius + SAME_POINT_MM).then(|| half.max(0.0))?;
+    Some([plus(foot, along, half.sqrt()), plus(foot, along, -half.sqrt())])
+}
+
+/// Where two circles meet.
+fn circles(a: Vector, radius_a: f64, b: Vector, radius_b: f64) -> Option<[Vector; 2]> {
+    let way = minus(b, a);
+    let apart = length(way);
+    if apart < SAME_POINT_MM {
+        return None;
+    }
+    let along = way.map(|part| part / apart);
+    let share = (apart + (radius_a - radius_b) * (radius_a + radius_b) / apart) / 2.0;
+    let square = (radius_a - share) * (radius_a + share);
+    if square < -SAME_POINT_MM * radius_a {
+        return None;
+    }
+    let (foot, half) = (plus(a, along, share), square.max(0.0).sqrt());
+    let across = [-along[1], along[0]];
+    Some([plus(foot, across, half), plus(foot, across, -half)])
+}
+
+fn plus(at: Vector, along: Vector, by: f64) -> Vector {
+    [at[0] + along[0] * by, at[1] + along[1] * by]
+}
+
+fn minus(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: Vector, b: Vector) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn length(a: Vector) -> f64 {
+    a[0].hypot(a[1])
+}
+
+/// From one direction to another, counter-clockwise.
+fn angle(from: Vector, to: Vector) -> f64 {
+    cross(from, to).atan2(dot(from, to))
+}

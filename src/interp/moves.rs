@@ -1,0 +1,253 @@
+//! Movement: where axis words lead, and the arcs between.
+
+use crate::base::{Axis, Point};
+use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS};
+use crate::gcode::{Block, Fault, Word, letter_bit, rules};
+
+use super::arc::{ArcTask, center_letter};
+use super::execute::{Asked, Executor, MotionMode, Output};
+use super::frames::sin_cos_deg;
+use super::motion::{Corner, Motion, Move, MoveKind};
+use super::words::{machine_coordinates_alone, whole};
+
+/// Letters of the axes that turn.
+const ROTARY_LETTERS: u32 = letter_bit(b'A') | letter_bit(b'B') | letter_bit(b'C');
+
+/// Where frames turn or scale, a target this near to where the machine stands is that place: what
+/// rounding makes of it would be a move of its own.
+const SAME_PLACE_MM: f64 = 1e-9;
+
+impl Executor<'_> {
+    /// Moves, if the block asks for it.
+    pub(super) fn run_motion(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+        if let MotionMode::Cycle(cycle) = self.motion {
+            let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
+            if asks && !asked.axes_claimed {
+                self.run_cycle(cycle, block, asked, out);
+            }
+            return;
+        }
+        let is_arc = matches!(self.motion, MotionMode::Arc { .. });
+        let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
+        let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
+        let Some(first) = first else {
+            if asked.machine_coordinates && !asked.is_faulty {
+                machine_coordinates_alone(block, out.faults);
+            }
+            return;
+        };
+        let faults_before = out.faults.len();
+        let to = self.target(block, asked, out.faults);
+        let is_whole = !asked.is_faulty && out.faults.len() == faults_before;
+        let kind = match self.motion {
+            _ if !is_whole => None,
+            MotionMode::Foreign | MotionMode::Cycle(_) => None,
+            MotionMode::None => {
+                let message = format!("{first} moves an axis, but no motion code is in force");
+                let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);
+                out.faults.push(fault.help("write G0 or G1 before it"));
+                None
+            }
+            MotionMode::Rapid => Some(MoveKind::Rapid),
+            MotionMode::Line => {
+                self.has_feed(block, out.faults).then_some(MoveKind::Line { feed_mm_min: 0.0 })
+            }
+            MotionMode::Arc { .. } if asked.machine_coordinates => {
+                machine_coordinates_alone(block, out.faults);
+                None
+            }
+            MotionMode::Arc { ccw } => self.arc(block, asked, ccw, &to, out.faults),
+        };
+        match kind {
+            Some(kind) => self.go(block, &to, kind, asked.corner, out),
+            None => self.position_mm = to,
+        }
+        if self.motion == MotionMode::Foreign {
+            self.forget_position();
+        }
+    }
+
+    /// Makes a move from where the machine stands.
+    pub(super) fn go(
+        &mut self,
+        block: &Block,
+        to: &Point,
+        kind: MoveKind,
+        corner: Option<Corner>,
+        out: &mut Output<'_>,
+    ) {
+        let is_line = matches!(kind, MoveKind::Line { .. });
+        let turns_only = is_line && self.turns_only(block, to);
+        let from = std::mem::replace(&mut self.position_mm, *to);
+        // A word that is no line number has been reported.
+        let n = block.word(b'N').map(|word| word.value as u32);
+        let corner = corner.unwrap_or(self.corner);
+        let mut step = Move { line: out.line, n, from, to: *to, kind, corner };
+        self.apply_feed(&mut step, turns_only);
+        out.motions.push(Motion::Move(step));
+    }
+
+    /// Where the axis words lead; the position that a faulty word leads to is open.
+    pub(super) fn target(&mut self, block: &Block, asked: Asked, faults: &mut Vec<Fault>) -> Point {
+        if (!self.frames.is_plain() || self.polar) && !asked.machine_coordinates {
+            let program = self.program_target(block, faults);
+            if asked.is_faulty {
+                self.forget_position();
+            }
+            return self.place(&program);
+        }
+        let mut to = self.position_mm;
+        for word in block.words() {
+            let Some((axis, value)) = self.axis_word(word, faults) else { continue };
+            if asked.machine_coordinates {
+                to[axis] = value;
+            } else if self.absolute {
+                to[axis] = self.frames.offset_mm()[axis] + value;
+            } else {
+                to[axis] += value;
+                continue;
+            }
+            if !self.open.is_empty() {
+                self.open = self.open.iter().filter(|other| *other != axis).collect();
+            }
+        }
+        if asked.is_faulty {
+            self.forget_position();
+        }
+        to
+    }
+
+    /// Where the axis words lead, in program coordinates.
+    pub(super) fn program_target(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Point {
+        let from = self.frames.program(&self.position_mm);
+        let mut to = from;
+        let [first, second] = self.plane.axes();
+        for word in block.words() {
+            let Some((axis, value)) = self.axis_word(word, faults) else { continue };
+            // The angle of polar coordinates has no other unit.
+            let value = if self.polar && axis == second { word.value } else { value };
+            to[axis] = if self.absolute { value } else { from[axis] + value };
+        }
+        let words = [first, second].map(|axis| block.word(axis.letter() as u8));
+        let Some(word) = words[0].or(words[1]).filter(|_| self.polar) else { return to };
+        if !self.absolute {
+            let message = format!("{word}: polar coordinates under G91 are not supported");
+            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+            faults.push(fault.help("write radius and angle as positions, under G90"));
+            return from;
+        }
+        let radius = if words[0].is_some() { to[first] } else { from[first].hypot(from[second]) };
+        let angle_deg = match words[1] {
+            Some(word) => word.value,
+            None => from[second].atan2(from[first]).to_degrees(),
+        };
+        let (sin, cos) = sin_cos_deg(angle_deg);
+        (to[first], to[second]) = (radius * cos, radius * sin);
+        to
+    }
+
+    /// Machine coordinates of a point of the program, exactly the present ones where it is there.
+    pub(super) fn place(&self, program: &Point) -> Point {
+        let mut to = self.frames.machine(program);
+        for axis in Axis::ALL {
+            if (to[axis] - self.position_mm[axis]).abs() < SAME_PLACE_MM {
+                to[axis] = self.position_mm[axis];
+            }
+        }
+        to
+    }
+
+    /// The axis of a word and its value in mm or degrees; none for other words, and for axes that
+    /// the machine does not have.
+    pub(super) fn axis_word(
+        &mut self,
+        word: &Word,
+        faults: &mut Vec<Fault>,
+    ) -> Option<(Axis, f64)> {
+        if AXIS_LETTERS & letter_bit(word.letter) == 0 {
+            return None;
+        }
+        let axis = Axis::from_letter(word.letter)?;
+        if !self.axes.contains(axis) {
+            let message = format!("{word}: the machine {} has no {axis} axis", self.machine.id);
+            let fault = Fault::word(&rules::MISSING_AXIS, word, message);
+            faults.push(fault.help("leave the word out, or take another machine (--machine)"));
+            return None;
+        }
+        self.axes_used.insert(axis);
+        let scale = if axis.is_rotary() { 1.0 } else { self.mm_per_unit };
+        let share = if self.diameters && axis == Axis::X { 0.5 } else { 1.0 };
+        Some((axis, word.value * scale * share))
+    }
+
+    /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.
+    fn turns_only(&self, block: &Block, to: &Point) -> bool {
+        let stays = |axis: Axis| axis.is_rotary() || to[axis] == self.position_mm[axis];
+        block.letters() & ROTARY_LETTERS != 0 && Axis::ALL.into_iter().all(stays)
+    }
+
+    fn arc(
+        &mut self,
+        block: &Block,
+        asked: Asked,
+        ccw: bool,
+        to: &Point,
+        faults: &mut Vec<Fault>,
+    ) -> Option<MoveKind> {
+        let has_feed = self.has_feed(block, faults);
+        let across = center_letter(self.plane.normal());
+        if let Some(word) = block.word(across) {
+            let name = self.plane.name();
+            let message = format!("an arc in the {name} plane makes no use of {word}");
+            let help = "choose the plane by G17 (XY: I J), G18 (ZX: K I) or G19 (YZ: J K)";
+            faults.push(Fault::word(&rules::UNUSED_WORD, word, message).help(help));
+            return None;
+        }
+        let turns = match block.word(b'P').filter(|_| !asked.dwell) {
+            Some(word) if word.value < 1.0 => {
+                faults.push(Fault::word(&rules::BAD_VALUE, word, "an arc has at least one turn"));
+                return None;
+            }
+            Some(word) => whole(word, 1_000_000, faults)? - 1,
+            None => 0,
+        };
+        let axes = self.plane.axes();
+        if axes.iter().any(|axis| self.open.contains(*axis)) {
+            return None;
+        }
+        let Some(is_mirrored) = self.frames.arcs_mirrored(self.plane) else {
+            let message = "this arc would be none after the scaling or rotation in force";
+            let help = "scale both axes of its plane alike, and turn within its plane only";
+            faults.push(Fault::block(&rules::ARC_DISTORTED, block, message).help(help));
+            return None;
+        };
+        // Where frames only shift, an arc is the same in machine coordinates.
+        let is_plain = self.frames.is_plain();
+        let named = |point: &Point| if is_plain { *point } else { self.frames.program(point) };
+        let (start, end) = (named(&self.position_mm), named(to));
+        let start_mm = axes.map(|axis| start[axis]);
+        let zero_mm = axes.map(|axis| if is_plain { self.frames.offset_mm()[axis] } else { 0.0 });
+        let task = ArcTask {
+            block,
+            plane: self.plane,
+            ccw,
+            start_mm,
+            end_mm: axes.map(|axis| end[axis]),
+            mm_per_unit: self.mm_per_unit,
+            end_origin_mm: if self.absolute { zero_mm } else { start_mm },
+            center_origin_mm: if self.centers_absolute { zero_mm } else { start_mm },
+            tolerance_mm: self.machine.arc_radius_tolerance_mm,
+            steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
+        };
+        let mut center_mm = task.center_mm(faults)?;
+        if !is_plain {
+            let mut center = start;
+            [center[axes[0]], center[axes[1]]] = center_mm;
+            let center = self.frames.machine(&center);
+            center_mm = axes.map(|axis| center[axis]);
+        }
+        let ccw = ccw != is_mirrored;
+        let (plane, feed_mm_min) = (self.plane, 0.0);
+        has_feed.then_some(MoveKind::Arc { feed_mm_min, plane, center_mm, ccw, turns })
+    }
+}

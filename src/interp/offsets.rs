@@ -1,0 +1,354 @@
+//! The codes that place frames: G10, G52, G92, G54 and on, G43, G51, G68; and G28 and G30, which go
+//! to where the machine has its references.
+
+use crate::base::{Axis, AxisMap, Point};
+use crate::gcode::codes::{AXIS_LETTERS, Op};
+use crate::gcode::{Block, Fault, Word, rules};
+
+use super::execute::{Asked, Executor, Output};
+use super::frames::{Rotation, SYSTEMS, Scaling};
+use super::motion::MoveKind;
+use super::words::whole;
+
+/// Names of the work coordinate systems.
+const SYSTEM_NAMES: [&str; SYSTEMS] =
+    ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
+
+impl Executor<'_> {
+    /// G54 to G59.3, counted from 0.
+    pub(super) fn choose_system(&mut self, index: usize, block: &Block, faults: &mut Vec<Fault>) {
+        self.frames.choose(index);
+        let is_set = self.frames.system(index).is_none_or(|system| system.is_set);
+        if is_set || self.systems_missed & 1 << index != 0 {
+            return;
+        }
+        self.systems_missed |= 1 << index;
+        let name = SYSTEM_NAMES.get(index).copied().unwrap_or_default();
+        let message = format!("nothing has placed {name}: it is taken at the machine's work zero");
+        let fault = Fault::block(&rules::SYSTEM_UNSET, block, message);
+        faults.push(fault.help(format!(
+            "place it in the program, as G10 L2 P{} X0 Y0 Z0 in machine coordinates",
+            index + 1
+        )));
+    }
+
+    /// The axis words of a block in mm and degrees; reports that there is none.
+    fn axis_values(
+        &mut self,
+        name: &str,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> Vec<(Axis, f64)> {
+        let mut values = Vec::new();
+        for word in block.words() {
+            values.extend(self.axis_word(word, faults));
+        }
+        if block.letters() & AXIS_LETTERS == 0 {
+            let message = format!("{name} names no axis");
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+        }
+        values
+    }
+
+    /// Whether offsets mean something by themselves; reports where they do not.
+    fn is_untransformed(&self, name: &str, block: &Block, faults: &mut Vec<Fault>) -> bool {
+        let by = if self.polar {
+            "polar coordinates (G16) are"
+        } else if self.frames.scaling().is_some() {
+            "scaling (G51) is"
+        } else if self.frames.rotation().is_some() {
+            "a rotation (G68) is"
+        } else {
+            return true;
+        };
+        let message = format!("{name} stands where {by} in force");
+        let fault = Fault::block(&rules::TRANSFORMED, block, message);
+        faults.push(fault.help("end it before, by G15, G50 or G69"));
+        false
+    }
+
+    /// G92
+    pub(super) fn set_position(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        if !self.is_untransformed("G92", block, faults) {
+            return;
+        }
+        let at = self.frames.unshifted(self.frames.active(), &self.position_mm);
+        for (axis, value) in self.axis_values("G92", block, faults) {
+            self.frames.set_shift(axis, at[axis] - value);
+        }
+    }
+
+    /// G52, which shares its offset with G92.
+    pub(super) fn set_local_offset(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        if !self.is_untransformed("G52", block, faults) {
+            return;
+        }
+        for (axis, value) in self.axis_values("G52", block, faults) {
+            self.frames.set_shift(axis, value);
+        }
+    }
+
+    /// G10
+    pub(super) fn set_offsets(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let kind = block.word(b'L').map(|word| (word, word.value));
+        let Some(number) = block.word(b'P') else {
+            let message = "G10 has no P, the number of what it sets";
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return;
+        };
+        match kind {
+            Some((_, 1.0)) => self.set_tool(number, block, faults),
+            Some((_, 2.0)) => self.place_system(number, false, block, faults),
+            Some((_, 20.0)) => self.place_system(number, true, block, faults),
+            Some((word, _)) => {
+                let message = format!("G10 {word} is not supported");
+                let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+                faults.push(fault.help("L1 sets a tool, L2 and L20 a work coordinate system"));
+                self.is_shifted = true;
+            }
+            None => {
+                let message = "G10 has no L, which says what it sets";
+                let fault = Fault::block(&rules::MISSING_WORD, block, message);
+                faults.push(fault.help("L2 sets a work coordinate system, L1 a tool"));
+            }
+        }
+    }
+
+    /// G10 L1: offsets and radius of a tool.
+    fn set_tool(&mut self, number: &Word, block: &Block, faults: &mut Vec<Fault>) {
+        let Some(number) = whole(number, 99_999, faults) else { return };
+        let mut values = Vec::new();
+        for word in block.words() {
+            values.extend(self.axis_word(word, faults));
+        }
+        let radius_mm = block.word(b'R').map(|word| word.value * self.mm_per_unit);
+        let tool = self.tools.entry(number);
+        for (axis, value) in values {
+            tool.offset_mm[axis] = value;
+        }
+        if let Some(radius_mm) = radius_mm {
+            tool.diameter_mm = 2.0 * radius_mm;
+        }
+    }
+
+    /// G10 L2 and L20: where a system lies, or what it calls the present position.
+    fn place_system(
+        &mut self,
+        number: &Word,
+        by_position: bool,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) {
+        let Some(number) = whole(number, SYSTEMS as u32, faults) else { return };
+        if !self.is_untransformed("G10", block, faults) {
+            return;
+        }
+        let index = (number as usize).checked_sub(1).unwrap_or(self.frames.active());
+        let Some(mut system) = self.frames.system(index).copied() else { return };
+        let mut values = Vec::new();
+        for word in block.words() {
+            values.extend(self.axis_word(word, faults));
+        }
+        system.turn_deg = block.word(b'R').map_or(system.turn_deg, |word| word.value);
+        system.is_set = true;
+        self.frames.set_system(index, system);
+        if by_position {
+            let called = self.frames.unshifted(index, &self.position_mm);
+            let shift_mm = self.frames.shift_mm();
+            let mut wanted = called;
+            for (axis, value) in values {
+                wanted[axis] = value + shift_mm[axis];
+            }
+            system.origin_mm = self.frames.origin_moved(index, &called, &wanted);
+        } else {
+            for (axis, value) in values {
+                system.origin_mm[axis] = value;
+            }
+        }
+        self.frames.set_system(index, system);
+    }
+
+    /// G43 and G43.2: the offset of a tool of the table; without H of the one in the spindle.
+    pub(super) fn set_length(&mut self, adds: bool, block: &Block, faults: &mut Vec<Fault>) {
+        let number = match block.word(b'H') {
+            Some(word) => whole(word, 99_999, faults),
+            None if adds => {
+                let message = "G43.2 has no H, the tool whose offset is added";
+                faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+                None
+            }
+            None => Some(self.loaded.unwrap_or(0)),
+        };
+        let found = number.map(|number| (number, self.tools.get(number).copied()));
+        let offset_mm = match found {
+            Some((_, Some(tool))) => tool.offset_mm,
+            Some((0, None)) => Point::ZERO,
+            Some((number, None)) => {
+                faults.push(self.unknown_tool(number, block));
+                self.is_shifted = true;
+                return;
+            }
+            None => return,
+        };
+        let before_mm = if adds { self.frames.tool_mm() } else { Point::ZERO };
+        self.frames.set_tool(AxisMap::from_fn(|axis| before_mm[axis] + offset_mm[axis]));
+    }
+
+    /// A tool that the table lacks.
+    pub(super) fn unknown_tool(&self, number: u32, block: &Block) -> Fault {
+        let message = format!("tool {number} does not stand in the tool table");
+        let fault = match block.word(b'H').or(block.word(b'D')) {
+            Some(word) => Fault::word(&rules::UNKNOWN_TOOL, word, message),
+            None => Fault::block(&rules::UNKNOWN_TOOL, block, message),
+        };
+        if self.tools.is_empty() {
+            return fault.help("hand in the tools by --tools FILE, or set them by G10 L1");
+        }
+        let numbers: Vec<String> = self.tools.numbers().take(20).map(|n| n.to_string()).collect();
+        fault.help(format!("it holds {}", numbers.join(", ")))
+    }
+
+    /// G43.1: the offset is that of the axis words.
+    pub(super) fn set_length_by_words(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let mut offset_mm = self.frames.tool_mm();
+        for (axis, value) in self.axis_values("G43.1", block, faults) {
+            offset_mm[axis] = value;
+        }
+        self.frames.set_tool(offset_mm);
+    }
+
+    /// G51: axis words are the centre, P or I J K the factors.
+    pub(super) fn set_scaling(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let mut center_mm = self.frames.program(&self.position_mm);
+        for word in block.words() {
+            if let Some((axis, value)) = self.axis_word(word, faults) {
+                center_mm[axis] = value;
+            }
+        }
+        let mut factors = AxisMap([1.0; crate::base::axis::AXES]);
+        let letters = [(Axis::X, b'I'), (Axis::Y, b'J'), (Axis::Z, b'K')];
+        let mut any = false;
+        for (axis, letter) in letters {
+            let Some(word) = block.word(letter).or(block.word(b'P')) else { continue };
+            any = true;
+            if word.value == 0.0 {
+                faults.push(Fault::word(&rules::BAD_VALUE, word, "a scale of 0 leaves nothing"));
+                return;
+            }
+            factors[axis] = word.value;
+        }
+        if !any {
+            let message = "G51 has neither P nor I J K, the factors";
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return;
+        }
+        self.frames.set_scaling(Some(Scaling { center_mm, factors }));
+    }
+
+    /// G50, which of a lathe means something else.
+    pub(super) fn end_scaling(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        if let Some(word) = block.first_of(AXIS_LETTERS).or(block.word(b'S')) {
+            let message = format!("{word} beside G50: its meaning on lathes is not supported");
+            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+            faults.push(fault.help("G92 sets the position, D beside G96 the greatest speed"));
+            self.is_shifted = true;
+            return;
+        }
+        self.frames.set_scaling(None);
+    }
+
+    /// G68: the plane's axis words are the centre, R the angle.
+    pub(super) fn set_rotation(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let Some(angle) = block.word(b'R') else {
+            let message = "G68 has no R, the angle in degrees";
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return;
+        };
+        self.frames.set_rotation(None);
+        let mut center = self.frames.program(&self.position_mm);
+        let axes = self.plane.axes();
+        for word in block.words() {
+            match self.axis_word(word, faults) {
+                Some((axis, value)) if axes.contains(&axis) => center[axis] = value,
+                Some(_) => {
+                    let message = format!("{word} lies out of the {} plane", self.plane.name());
+                    faults.push(Fault::word(&rules::UNUSED_WORD, word, message));
+                }
+                None => {}
+            }
+        }
+        let center = self.frames.scaled(&center);
+        self.frames.set_rotation(Some(Rotation {
+            plane: self.plane,
+            center_mm: axes.map(|axis| center[axis]),
+            angle_deg: angle.value,
+        }));
+    }
+
+    /// G28 and G30: by way of the axis words to the reference of their axes; without any, of all.
+    pub(super) fn go_to_reference(
+        &mut self,
+        index: u8,
+        block: &Block,
+        asked: Asked,
+        out: &mut Output<'_>,
+    ) {
+        let has_words = block.letters() & AXIS_LETTERS != 0;
+        let by_way = self.target(block, asked, out.faults);
+        let mut reference_mm = by_way;
+        for axis in self.axes.iter() {
+            if has_words && !block.has(axis.letter() as u8) {
+                continue;
+            }
+            let Some(at_mm) = self.reference_mm(index, axis) else {
+                let name = if index == 0 { "G28" } else { "G30" };
+                let message = format!("{name}: where {axis} has its reference is not known");
+                let fault = Fault::block(&rules::REFERENCE_UNSET, block, message);
+                out.faults.push(fault.help(format!(
+                    "write home_mm for {axis} into the machine profile, or {name}.1 at that place \
+                     before"
+                )));
+                self.forget_position();
+                return;
+            };
+            reference_mm[axis] = at_mm;
+        }
+        if asked.is_faulty {
+            return;
+        }
+        if has_words {
+            self.go(block, &by_way, MoveKind::Rapid, asked.corner, out);
+        }
+        self.go(block, &reference_mm, MoveKind::Rapid, asked.corner, out);
+    }
+
+    /// What G28.1 or G30.1 have stored, or else the home position; on an axis without travel 0.
+    fn reference_mm(&self, index: u8, axis: Axis) -> Option<f64> {
+        if let Some(stored) = self.references.get(usize::from(index)).copied().flatten() {
+            return Some(stored[axis]);
+        }
+        let profile = self.machine.axis(axis)?;
+        profile.home_mm.or_else(|| profile.travel_mm.is_none().then_some(0.0))
+    }
+
+    /// G28.1 and G30.1
+    pub(super) fn store_reference(&mut self, index: u8) {
+        if let Some(place) = self.references.get_mut(usize::from(index)) {
+            *place = Some(self.position_mm);
+        }
+    }
+}
+
+/// Whether a code takes the axis words of its block for itself.
+pub(super) fn claims_axes(op: Op) -> bool {
+    matches!(
+        op,
+        Op::SetOffsets
+            | Op::LocalOffset
+            | Op::SetPosition
+            | Op::GoToReference(_)
+            | Op::LengthOffsetByWords
+            | Op::Scaling
+            | Op::Rotation
+    )
+}

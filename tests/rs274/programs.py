@@ -1,0 +1,155 @@
+"""Random valid NC programs: lines, arcs and helices in all planes, units, distance modes, feeds,
+dwells, coordinate systems and offsets, drilling cycles. The same seed gives the same program."""
+
+import math
+import random
+
+PLANES = {"G17": "XYZ", "G18": "ZXY", "G19": "YZX"}
+CENTERS = {"X": "I", "Y": "J", "Z": "K"}
+
+
+class Writer:
+    """Writes a program and follows the position, in program units, so that arcs are true."""
+
+    def __init__(self, seed):
+        self.random = random.Random(seed)
+        self.lines = []
+        self.at = dict.fromkeys("XYZ", 0.0)
+        self.absolute = True
+        self.plane = "G17"
+
+    def number(self, size):
+        return round(self.random.uniform(-size, size), 3)
+
+    def word(self, axis, target):
+        value = target if self.absolute else target - self.at[axis]
+        return f"{axis}{value:.4f}"
+
+    def go(self, code, targets, more=""):
+        words = "".join(self.word(axis, target) for axis, target in targets.items())
+        self.lines.append(f"{code} {words} {more}".rstrip())
+        self.at.update(targets)
+
+    def straight(self):
+        axes = self.random.sample("XYZ", self.random.randint(1, 3))
+        targets = {axis: round(self.at[axis] + self.number(5.0), 3) for axis in axes}
+        self.go(self.random.choice(["G0", "G1", "G1"]), targets)
+
+    def arc(self):
+        first, second, across = PLANES[self.plane]
+        radius = round(self.random.uniform(0.5, 4.0), 3)
+        start = self.random.uniform(0.0, math.tau)
+        sweep = self.random.uniform(0.3, math.tau - 0.3)
+        center = [
+            self.at[first] - radius * math.cos(start),
+            self.at[second] - radius * math.sin(start),
+        ]
+        ccw = self.random.random() < 0.5
+        angle = start + (sweep if ccw else -sweep)
+        kind = self.random.choice(["center", "center", "full", "radius"])
+        code = "G3" if ccw else "G2"
+        targets = {
+            first: round(center[0] + radius * math.cos(angle), 4),
+            second: round(center[1] + radius * math.sin(angle), 4),
+        }
+        if self.random.random() < 0.4:
+            targets[across] = round(self.at[across] + self.number(2.0), 3)
+        offsets = (
+            f"{CENTERS[first]}{center[0] - self.at[first]:.4f} "
+            f"{CENTERS[second]}{center[1] - self.at[second]:.4f}"
+        )
+        if kind == "full":
+            targets[first], targets[second] = self.at[first], self.at[second]
+            turns = self.random.choice(["", "", " P2", " P3"])
+            self.go(code, targets, offsets + turns)
+        elif kind == "radius" and abs(sweep - math.pi) > 0.2:
+            sign = "-" if sweep > math.pi else ""
+            self.go(code, targets, f"R{sign}{radius:.4f}")
+        else:
+            self.go(code, targets, offsets)
+
+    def place(self):
+        """Somewhere known, whatever the coordinates mean now."""
+        self.absolute = True
+        self.lines.append("G90")
+        self.go("G0", {axis: self.number(5.0) for axis in "XYZ"})
+
+    def offset(self):
+        point = " ".join(f"{axis}{self.number(9.0):.3f}" for axis in "XYZ")
+        system = self.random.randint(1, 9)
+        name = f"G{53 + system}" if system <= 6 else f"G59.{system - 6}"
+        self.lines += self.random.choice(
+            [
+                [f"G10 L2 P{system} {point}", name],
+                [f"G10 L20 P{system} {point}", name],
+                [name],
+                [f"G92 {point}"],
+                ["G92.1"],
+                ["G92.2"],
+                ["G92.3"],
+                [f"G52 {point}"],
+                ["G52 X0 Y0 Z0"],
+                [f"G43.1 Z{self.number(9.0):.3f}"],
+                ["G49"],
+                ["G90", f"G53 G0 {point}"],
+            ]
+        )
+        self.place()
+
+    def inverse_time(self):
+        """Some lines with their time instead of their feed."""
+        self.lines.append("G93")
+        for _ in range(self.random.randint(1, 4)):
+            target = {"X": round(self.at["X"] + 1.0 + self.random.random(), 3)}
+            self.go("G1", target, f"F{self.random.randint(1, 90) / 10}")
+        self.lines.append(f"G94 F{self.random.randint(10, 900)}")
+
+    def cycle(self):
+        """Holes, drilled across the plane."""
+        first, second, across = PLANES[self.plane]
+        self.place()
+        self.go("G0", {across: 5.0})
+        # No depth is a whole number of pecks: there rs274 pecks once more, by its rounding.
+        code = self.random.choice(
+            ["G81", "G82 P0.5", "G83 Q0.737", "G73 Q0.737", "G85", "G89 P0.3"]
+        )
+        level = self.random.choice(["G98", "G99"])
+        if self.random.random() < 0.5:
+            depth = f"{across}{self.random.randint(-50, 0) / 10} R{self.random.randint(5, 30) / 10}"
+            repeats = ""
+        else:
+            self.lines.append("G91")
+            depth = f"{across}{self.random.randint(-50, -10) / 10} R{self.random.randint(-30, -5) / 10}"
+            repeats = self.random.choice(["", " L2", " L3"])
+        hole = f"{first}{self.number(5.0):.3f} {second}{self.number(5.0):.3f}"
+        self.lines.append(f"{level} {code} {hole} {depth}{repeats}")
+        for _ in range(self.random.randint(0, 2)):
+            self.lines.append(f"{first}{self.number(5.0):.3f}")
+        self.lines.append("G80")
+        self.place()
+
+    def modes(self):
+        choice = self.random.randrange(4)
+        if choice == 0:
+            self.absolute = self.random.random() < 0.5
+            self.lines.append("G90" if self.absolute else "G91")
+        elif choice == 1:
+            self.plane = self.random.choice(list(PLANES))
+            self.lines.append(self.plane)
+        elif choice == 2:
+            self.lines.append(f"F{self.random.randint(10, 900)}")
+        else:
+            self.lines.append(f"G4 P{self.random.randint(0, 40) / 10}")
+
+
+def generate(seed):
+    """A program of some dozens of lines."""
+    writer = Writer(seed)
+    unit = writer.random.choice(["G20", "G21"])
+    writer.lines += [f"{unit} G17 G90 G94", f"F{writer.random.randint(50, 500)}"]
+    for _ in range(writer.random.randint(5, 60)):
+        plain = [writer.straight, writer.arc, writer.arc, writer.modes]
+        rare = [writer.offset, writer.cycle, writer.inverse_time]
+        writer.random.choice(plain * 3 + rare)()
+    writer.lines.append(writer.random.choice(["M2", "M30"]))
+    return "\n".join(writer.lines) + "\n"
