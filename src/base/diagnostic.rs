@@ -40,6 +40,8 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// Lines of the calls that led here, outermost first: empty in the main program.
     pub calls: Vec<u32>,
+    /// The file, where it is not the one that was handed in: that of a subprogram.
+    pub file: Option<String>,
 }
 
 impl Diagnostic {

@@ -1,6 +1,9 @@
-//! One line of a program as words.
+//! One line of a program as words, and what it does besides.
 
 use std::fmt;
+
+use super::control::{Assignment, Statement};
+use super::expr::{Formula, Step, written};
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +36,42 @@ pub struct Call {
     pub end: u32,
 }
 
+/// What a comment says to the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MessageKind {
+    /// `(MSG, …)`
+    Message,
+    /// `(DEBUG, …)`: parameters in it are shown by their values.
+    Debug,
+    /// `(PRINT, …)`: as DEBUG.
+    Print,
+}
+
+/// A comment that says something to the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// Which of the three it is.
+    pub kind: MessageKind,
+    /// Byte of the line at which its text begins.
+    pub start: u32,
+    /// Byte of the line just after its text.
+    pub end: u32,
+}
+
+/// What a line holds besides words and numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Extras {
+    /// The expressions of the line, one after the other.
+    pub code: Vec<Step>,
+    /// Words whose value is an expression: their place among the words.
+    pub values: Vec<(u16, Formula)>,
+    pub assignments: Vec<Assignment>,
+    pub statement: Option<Statement>,
+    /// Whether a statement stands here that cannot be read.
+    pub is_broken: bool,
+    pub messages: Vec<Message>,
+}
+
 /// The words of one line. Made to be reused: clearing it frees nothing.
 #[derive(Clone, Debug)]
 pub struct Block {
@@ -46,6 +85,9 @@ pub struct Block {
     present: u32,
     /// Where in `words` the first word of each letter stands; valid where `present` says so.
     places: [u16; 26],
+    /// Whether `extras` is empty.
+    is_plain: bool,
+    extras: Extras,
 }
 
 impl Default for Block {
@@ -57,6 +99,8 @@ impl Default for Block {
             words: Vec::with_capacity(16),
             present: 0,
             places: [0; 26],
+            is_plain: true,
+            extras: Extras::default(),
         }
     }
 }
@@ -73,6 +117,7 @@ impl PartialEq for Block {
             && self.percent == other.percent
             && call(self) == call(other)
             && values(self) == values(other)
+            && (self.is_plain && other.is_plain || self.to_string() == other.to_string())
     }
 }
 
@@ -101,11 +146,85 @@ impl Block {
         self.call = None;
         self.words.clear();
         self.present = 0;
+        if !self.is_plain {
+            self.is_plain = true;
+            self.extras.code.clear();
+            self.extras.values.clear();
+            self.extras.assignments.clear();
+            self.extras.statement = None;
+            self.extras.is_broken = false;
+            self.extras.messages.clear();
+        }
     }
 
     /// Whether nothing on the line asks for anything: blank, or a comment.
     pub fn is_empty(&self) -> bool {
-        self.words.is_empty() && self.call.is_none() && !self.percent
+        self.words.is_empty() && self.call.is_none() && !self.percent && self.is_plain
+    }
+
+    /// Whether there is nothing on the line but words with numbers.
+    pub fn is_plain(&self) -> bool {
+        self.is_plain
+    }
+
+    /// Where the program goes on, if the line decides that.
+    pub fn statement(&self) -> Option<&Statement> {
+        self.extras.statement.as_ref()
+    }
+
+    /// Whether the line decides where the program goes on, but cannot be read.
+    pub fn is_broken_statement(&self) -> bool {
+        self.extras.is_broken
+    }
+
+    /// What the line sets.
+    pub fn assignments(&self) -> &[Assignment] {
+        &self.extras.assignments
+    }
+
+    /// What the line says to the operator.
+    pub fn messages(&self) -> &[Message] {
+        &self.extras.messages
+    }
+
+    /// Words whose values are expressions: places among the words, in order. Their numbers mean
+    /// nothing until [`Block::give_value`] has given them.
+    pub fn values(&self) -> &[(u16, Formula)] {
+        &self.extras.values
+    }
+
+    /// The code of an expression of this block.
+    pub fn code(&self, formula: Formula) -> &[Step] {
+        self.extras.code.get(formula.start as usize..formula.end as usize).unwrap_or_default()
+    }
+
+    /// Gives the word at a place the value that its expression has.
+    pub fn give_value(&mut self, place: u16, value: f64) {
+        if let Some(word) = self.words.get_mut(usize::from(place)) {
+            word.value = value;
+        }
+    }
+
+    /// Takes the words of another block, without what else stands there.
+    pub fn copy_words(&mut self, other: &Block) {
+        self.clear();
+        self.delete = other.delete;
+        self.call = other.call;
+        self.words.extend_from_slice(&other.words);
+        self.present = other.present;
+        self.places = other.places;
+    }
+
+    /// Takes words out: those at the places given, which are in order.
+    pub fn leave_out(&mut self, places: &[u16]) {
+        let words = std::mem::take(&mut self.words);
+        self.present = 0;
+        for (place, word) in words.into_iter().enumerate() {
+            if places.binary_search(&(place as u16)).is_err() {
+                // Letters that stood twice have been refused when the line was read.
+                let _ = self.push(word);
+            }
+        }
     }
 
     /// All words in the order of the line.
@@ -140,8 +259,11 @@ impl Block {
     pub fn extent(&self) -> (u32, u32) {
         let words = (self.words.first().map(|w| w.start), self.words.last().map(|w| w.end));
         let call = (self.call.map(|call| call.start), self.call.map(|call| call.end));
-        let start = [words.0, call.0].into_iter().flatten().min();
-        let end = [words.1, call.1].into_iter().flatten().max();
+        let statement = self.statement().map(|statement| (statement.start, statement.end));
+        let set = self.assignments();
+        let sets = (set.first().map(|set| set.start), set.last().map(|set| set.end));
+        let start = [words.0, call.0, statement.map(|s| s.0), sets.0].into_iter().flatten().min();
+        let end = [words.1, call.1, statement.map(|s| s.1), sets.1].into_iter().flatten().max();
         (start.unwrap_or(0), end.unwrap_or(1))
     }
 
@@ -157,6 +279,18 @@ impl Block {
         }
         self.words.push(word);
         Ok(())
+    }
+
+    /// What the line holds besides words, to add to it.
+    pub(super) fn extras(&mut self) -> &mut Extras {
+        self.is_plain = false;
+        &mut self.extras
+    }
+
+    /// Takes the word read last for one whose value is an expression.
+    pub(super) fn last_is(&mut self, formula: Formula) {
+        let place = self.words.len().saturating_sub(1) as u16;
+        self.extras().values.push((place, formula));
     }
 }
 
@@ -175,8 +309,23 @@ impl fmt::Display for Block {
             call.number.map_or(Ok(()), |number| write!(f, "{number}"))?;
             separator = " ";
         }
-        for word in &self.words {
-            write!(f, "{separator}{word}")?;
+        for (place, word) in self.words.iter().enumerate() {
+            match self.values().iter().find(|(of, _)| usize::from(*of) == place) {
+                Some((_, formula)) => {
+                    let letter = char::from(word.letter);
+                    write!(f, "{separator}{letter}[{}]", written(self.code(*formula)))?;
+                }
+                None => write!(f, "{separator}{word}")?,
+            }
+            separator = " ";
+        }
+        let code = |formula| written(self.code(formula));
+        if let Some(statement) = self.statement() {
+            write!(f, "{separator}{}", statement.written(code))?;
+            separator = " ";
+        }
+        for assignment in self.assignments() {
+            write!(f, "{separator}{}", assignment.written(code))?;
             separator = " ";
         }
         Ok(())

@@ -80,6 +80,8 @@ pub enum Op {
     End,
     EndAndRewind,
     Return,
+    Call,
+    MacroCall,
 }
 
 /// The canned cycles, by their G numbers.
@@ -247,7 +249,7 @@ pub const FREE_LETTERS: u32 = letter_set("FGMNOST");
 const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'static str) -> Code {
     let words = match op {
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => ARC_LETTERS | letter_bit(b'P'),
-        Some(Op::Dwell | Op::Override(_)) => letter_bit(b'P'),
+        Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
         Some(Op::SetOffsets) => letter_set("LPR"),
@@ -255,6 +257,7 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
+        Some(Op::Call) => letter_set("PL"),
         Some(_) | None => 0,
     };
     Code { letter, tenths, group, op, words, meaning }
@@ -338,7 +341,7 @@ pub static CODES: &[Code] = &[
     g(610, Group::PathControl, Op::ExactPath, "keeps to the programmed path exactly"),
     g(611, Group::PathControl, Op::ExactStop, "exact stop at the end of every block"),
     g(640, Group::PathControl, Op::Blend, "blends corners within a tolerance"),
-    no_g(650, Group::NonModal, "calls a macro"),
+    g(650, Group::NonModal, Op::MacroCall, "calls the subprogram P with arguments"),
     g(680, Group::Rotation, Op::Rotation, "rotates coordinates"),
     g(690, Group::Rotation, Op::RotationOff, "ends the rotation of coordinates"),
     g(730, Group::Motion, Op::Cycle(Cycle::DrillChipBreak), "drilling cycle with chip breaking"),
@@ -388,7 +391,7 @@ pub static CODES: &[Code] = &[
     m(52, Group::Override, Op::Override(52), "adaptive feed control"),
     m(53, Group::Override, Op::Override(53), "feed hold control"),
     m(60, Group::Stop, Op::PalletStop, "stops for a change of pallets"),
-    no_m(98, Group::Stop, "calls a subprogram"),
+    m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
 ];
 

@@ -6,13 +6,17 @@
 
 mod block;
 pub mod codes;
+mod control;
+mod expr;
 mod fault;
 mod lines;
 mod number;
 mod parser;
 pub mod rules;
 
-pub use block::{Block, Call, Word, letter_bit};
+pub use block::{Block, Call, Message, MessageKind, Word, letter_bit};
+pub use control::{Assignment, Control, Label, Statement};
+pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;
 pub use lines::{LINE_BYTES_MAX, Line, Lines};
 pub use parser::parse;

@@ -8,7 +8,9 @@ use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
 use nom::sequence::delimited;
 
-use super::block::{Block, Call, Word};
+use super::block::{Block, Call, Message, MessageKind, Word, letter_bit};
+use super::control::{Assignment, Control, Label, Statement, after_label, macro_b};
+use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
 use super::rules;
@@ -24,6 +26,9 @@ pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
         if parser.item(byte).is_none() {
             break;
         }
+    }
+    if !block.is_plain() {
+        stands_alone(block, faults);
     }
     if faults.len() > faults_before {
         // Of a line that is no text nothing else is worth saying.
@@ -54,6 +59,7 @@ impl<'a> Parsing<'a> {
                 Some(())
             }
             b'(' => self.comment(),
+            b'#' if self.words_end.is_none() => self.assignment(),
             b';' => self.line_comment(),
             b'*' if self.words_end.is_none() => self.end_words(byte),
             b'%' if self.block.is_empty() && self.words_end.is_none() => {
@@ -94,19 +100,141 @@ impl<'a> Parsing<'a> {
                 return self.call(start);
             }
         }
-        let value = match self.number() {
-            Ok(value) => value,
-            Err(error) => return self.no_number(letter, start, error),
-        };
-        let word = Word { letter, value, start, end: self.at() };
-        if letter == b'O' && self.keyword_follows() {
-            return self.control(start);
+        match self.number() {
+            Ok(value) => {
+                let word = Word { letter, value, start, end: self.at() };
+                if letter == b'O' && self.keyword_follows() {
+                    return self.o_word(Label::Number(label_number(value)), start);
+                }
+                self.push(word);
+                Some(())
+            }
+            Err(SyntaxError::TooLarge) => self.no_number(letter, start, SyntaxError::TooLarge),
+            Err(error) => self.no_plain_number(letter, start, error),
         }
-        if let Err(word) = self.block.push(word) {
-            let message = format!("{} stands twice in this block", char::from(letter));
-            let help = "leave one of them out, or put it into a block of its own";
-            self.faults.push(Fault::word(&rules::REPEATED_WORD, &word, message).help(help));
+    }
+
+    fn push(&mut self, word: Word) -> bool {
+        let Err(word) = self.block.push(word) else { return true };
+        let message = format!("{} stands twice in this block", char::from(word.letter));
+        let help = "leave one of them out, or put it into a block of its own";
+        self.faults.push(Fault::word(&rules::REPEATED_WORD, &word, message).help(help));
+        false
+    }
+
+    /// Lets a reader of expressions go on from here; what it cannot read is reported.
+    fn read<T>(
+        &mut self,
+        start: u32,
+        read: impl FnOnce(&mut Reader<'a, '_>) -> Result<T, NoExpression>,
+    ) -> Option<T> {
+        let rest = self.rest;
+        let mut reader = Reader::new(rest, &mut self.block.extras().code);
+        let result = read(&mut reader);
+        self.rest = reader.rest;
+        match result {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let at = (self.line.len() - error.left) as u32;
+                let fault = Fault::new(&rules::EXPRESSION, start.min(at), at + 1, error.message);
+                self.faults.push(fault);
+                None
+            }
         }
+    }
+
+    /// A letter that no number follows: its value is an expression, or it begins a statement.
+    fn no_plain_number(&mut self, letter: u8, start: u32, error: SyntaxError) -> Option<()> {
+        if self.expression_follows() {
+            let formula = self.read(start, |reader| reader.value())?;
+            return self.expression_word(letter, start, formula);
+        }
+        if letter == b'O' && after_word(self.rest, "<").is_some() {
+            let label = self.read(start, |reader| {
+                reader.peek();
+                reader.name()
+            })?;
+            return self.o_word(Label::Name(label), start);
+        }
+        let line = self.line;
+        let from = line.get(start as usize..).unwrap_or_default();
+        let mut code = Vec::new();
+        if matches!(letter, b'I' | b'W' | b'G' | b'D' | b'E')
+            && macro_b(&mut Reader::new(from, &mut code)).is_some()
+        {
+            self.rest = from;
+            let read = self.read(start, |reader| match macro_b(reader) {
+                Some(result) => result,
+                None => reader.fail("a statement is missing here"),
+            });
+            let (number, control) = read.or_else(|| self.broken_statement())?;
+            return self.statement(Label::Number(number), control, start);
+        }
+        self.no_number(letter, start, error)
+    }
+
+    /// Whether a value that is no plain number comes next: `#`, `[` or a function, with one sign
+    /// at most.
+    fn expression_follows(&mut self) -> bool {
+        let mut code = Vec::new();
+        let mut reader = Reader::new(self.rest, &mut code);
+        let _ = reader.takes(b'-') || reader.takes(b'+');
+        matches!(reader.peek(), Some(b'#' | b'[')) || reader.is_at_function()
+    }
+
+    fn expression_word(&mut self, letter: u8, start: u32, formula: Formula) -> Option<()> {
+        if matches!(letter, b'O' | b'N') {
+            let message =
+                format!("the number of an {} word cannot be an expression", char::from(letter));
+            self.faults.push(Fault::new(&rules::UNSUPPORTED_WORD, start, self.at(), message));
+            return None;
+        }
+        // A number that is written in brackets is as good as one without.
+        let word = Word { letter, value: 0.0, start, end: self.at() };
+        if self.push(word) {
+            self.block.last_is(formula);
+        }
+        Some(())
+    }
+
+    fn o_word(&mut self, label: Label, start: u32) -> Option<()> {
+        let read = self.read(start, |reader| match after_label(reader) {
+            Some(result) => result,
+            None => reader.fail("a keyword is missing here: sub, call, if, while, repeat …"),
+        });
+        let control = read.or_else(|| self.broken_statement())?;
+        self.statement(label, control, start)
+    }
+
+    fn broken_statement<T>(&mut self) -> Option<T> {
+        self.block.extras().is_broken = true;
+        None
+    }
+
+    fn statement(&mut self, label: Label, control: Control, start: u32) -> Option<()> {
+        let end = self.at();
+        if self.block.statement().is_some() {
+            let message = "a second statement in one block";
+            self.faults.push(Fault::new(&rules::CALL_ALONE, start, end, message));
+            return None;
+        }
+        self.block.extras().statement = Some(Statement { label, control, start, end });
+        Some(())
+    }
+
+    /// `#1=…`
+    fn assignment(&mut self) -> Option<()> {
+        let start = self.at();
+        let assignment = self.read(start, |reader| {
+            let (number, target) = reader.parameter()?;
+            if !reader.takes(b'=') {
+                return reader.fail("= and the parameter's value are missing here");
+            }
+            let value = reader.bare()?;
+            Ok(Assignment { number, target, value, start, end: 0 })
+        })?;
+        let end = self.at();
+        self.block.extras().assignments.push(Assignment { end, ..assignment });
         Some(())
     }
 
@@ -150,13 +278,6 @@ impl<'a> Parsing<'a> {
                 self.faults.push(Fault::new(&rules::BAD_NUMBER, start, end, message));
                 return None;
             }
-            (_, Some(b'#' | b'[')) => Fault::new(
-                &rules::UNSUPPORTED_WORD,
-                start,
-                self.line.len() as u32,
-                "parameters (#) and expressions ([...]) are not supported",
-            )
-            .help(format!("write the value of {letter} as a number")),
             (_, Some(b'-' | b'+' | b'.' | b'0'..=b'9')) => {
                 let message = format!("{letter} is followed by something that is no number");
                 Fault::new(&rules::BAD_NUMBER, start, end + 1, message)
@@ -179,14 +300,6 @@ impl<'a> Parsing<'a> {
             && !matches!(letters, (Some(b'g' | b'G'), Some(b'r' | b'R')))
     }
 
-    fn control(&mut self, start: u32) -> Option<()> {
-        let end = self.line.len() as u32;
-        let message = "O words with sub, call, if, while and the like are not supported";
-        let help = "a subprogram is `O100` up to `M99`; call it by `GR100`";
-        self.faults.push(Fault::new(&rules::UNSUPPORTED_WORD, start, end, message).help(help));
-        None
-    }
-
     fn comment(&mut self) -> Option<()> {
         let start = self.at();
         let closed =
@@ -195,6 +308,9 @@ impl<'a> Parsing<'a> {
         match closed {
             Ok((rest, text)) => {
                 self.rest = rest;
+                if matches!(text.first(), Some(b'M' | b'm' | b'D' | b'd' | b'P' | b'p' | b' ')) {
+                    self.message(text, start + 1);
+                }
                 self.text_only(text, start + 1)
             }
             Err(_) => {
@@ -204,6 +320,22 @@ impl<'a> Parsing<'a> {
                 let fault = Fault::new(&rules::OPEN_COMMENT, start, end, "this comment has no end");
                 self.faults.push(fault.help("close it by ) on the same line"));
                 None
+            }
+        }
+    }
+
+    /// Takes a comment that says something to the operator.
+    fn message(&mut self, comment: &[u8], start: u32) {
+        let kinds = [
+            ("MSG,", MessageKind::Message),
+            ("DEBUG,", MessageKind::Debug),
+            ("PRINT,", MessageKind::Print),
+        ];
+        for (word, kind) in kinds {
+            if let Some(text) = after_word(comment, word) {
+                let end = start + comment.len() as u32;
+                let message = Message { kind, start: end - text.len() as u32, end };
+                self.block.extras().messages.push(message);
             }
         }
     }
@@ -234,13 +366,13 @@ impl<'a> Parsing<'a> {
             return None;
         }
         let fault = match byte {
-            b'#' | b'[' | b']' | b'=' | b'<' => Fault::new(
-                &rules::UNSUPPORTED_WORD,
+            b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::new(
+                &rules::EXPRESSION,
                 at,
-                to_end,
-                "parameters (#) and expressions ([...]) are not supported",
+                at + 1,
+                format!("{} belongs to no word and no parameter", char::from(byte)),
             )
-            .help("write the values as numbers"),
+            .help("a value follows a letter, as X[#1 + 2]; a parameter is set by #1 = 2"),
             b'$' => Fault::new(
                 &rules::UNSUPPORTED_WORD,
                 at,
@@ -274,6 +406,30 @@ impl<'a> Parsing<'a> {
         self.faults.push(fault);
         None
     }
+}
+
+/// Reports what stands beside a statement: nothing may, but a line number, and behind THEN what
+/// is set.
+fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
+    let Some(statement) = block.statement() else { return };
+    let word = block.first_of(!letter_bit(b'N')).map(|word| (word.start, word.end));
+    let set = block.assignments().first().map(|set| (set.start, set.end));
+    let is_then = matches!(statement.control, Control::Then(_));
+    let call = block.call.map(|call| (call.start, call.end));
+    if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
+        let message = "this stands beside a statement of control flow";
+        let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
+        faults.push(fault.help("put it into a block of its own"));
+    } else if is_then && set.is_none() {
+        let message = "THEN is not followed by a parameter that it sets";
+        let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);
+        faults.push(fault.help("write IF [#1 EQ 2] THEN #3 = 4"));
+    }
+}
+
+/// The number of an O word; beyond all others if it is none.
+fn label_number(value: f64) -> u32 {
+    if value.fract() == 0.0 && value >= 0.0 { value as u32 } else { u32::MAX }
 }
 
 /// A byte that no text holds.
@@ -331,6 +487,15 @@ mod tests {
         check("N7 g r P100 L2", "GR N7 P100 L2", &[]);
         check("O5 GR100", "GR100 O5", &[]);
         check("G1 (\u{e4}\u{f6}) X1", "G1 X1", &[]);
+        check("x#1 y-#<A b>z[1+2]", "X[#1] Y[-[#<ab>]] Z[[1 + 2]]", &[]);
+        check("#1=2+3 ##2=#1 *", "#1=[2 + 3] #[#2]=#1", &[]);
+        check("N5 o<Name> call [1] [#2]", "N5 O<name> CALL [1] [#2]", &[]);
+        check("o 10 while[#1 lt 5](c)", "O10 WHILE [[#1 LT 5]]", &[]);
+        check("IF[#1EQ2]GOTO10", "IF [[#1 EQ 2]] GOTO [10]", &[]);
+        check("IF [#1] THEN #2=3", "IF [#1] THEN #2=3", &[]);
+        check("N7 WHILE [1] DO2", "N7 WHILE [1] DO2", &[]);
+        check("END2", "END2", &[]);
+        check("G X COS[0]", "X[COS[0]]", &["missing-number"]);
     }
 
     #[test]
@@ -344,10 +509,17 @@ mod tests {
         check("G1 (a(b)c) X1", "G1", &["missing-number", "bad-character"]);
         check("G1 *X1", "G1", &["bad-character"]);
         check("% G1", "%", &["bad-character"]);
-        check("G1 X#5", "G1", &["unsupported-word"]);
-        check("#1=5", "", &["unsupported-word"]);
+        check("G1 X#", "G1", &["expression"]);
+        check("#1 5", "", &["expression"]);
+        check("#1=", "", &["expression"]);
+        check("X1 ] Y2", "X1", &["expression"]);
+        check("IF [#1] X5", "", &["expression"]);
+        check("IF [#1] THEN", "IF [#1] THEN", &["expression"]);
+        check("X5 o1 endif", "X5 O1 ENDIF", &["call-alone"]);
+        check("o<a", "", &["expression"]);
+        check("o<a>", "", &["expression"]);
+        check("o1 sb", "", &["expression"]);
         check("$H", "", &["unsupported-word"]);
-        check("o100 sub", "", &["unsupported-word"]);
         check("G1 \u{e9}", "G1", &["bad-character"]);
         check("G1 \u{0}", "", &["not-text"]);
         check("!? X Y \u{7f}", "", &["not-text"]);
@@ -388,12 +560,26 @@ mod tests {
         }
 
         #[test]
+        fn a_printed_statement_reads_back(
+            words in proptest::collection::vec(
+                "[XYZ](#[1-9]|\\[#<a>[-+*/][0-9]\\]|[0-9])|#[1-9]=[-0-9#]{1,2}|o<a> (sub|call \\[1\\]|endsub \\[#1\\]|repeat\\[2\\])|IF\\[#1\\]GOTO5|DO1|N5",
+                0..3,
+            ),
+        ) {
+            let (block, faults) = read(words.join(" ").as_bytes());
+            prop_assume!(faults.is_empty());
+            let (again, faults) = read(block.to_string().as_bytes());
+            prop_assert_eq!(faults.len(), 0, "{}", block);
+            prop_assert_eq!(block, again);
+        }
+
+        #[test]
         fn no_bytes_panic(line in proptest::collection::vec(any::<u8>(), 0..200)) {
             read(&line);
         }
 
         #[test]
-        fn no_text_panics(line in "[GXYMORgr0-9.#%*/(); \\[\\]é-]{0,60}") {
+        fn no_text_panics(line in "[GXYMORgrifendo<>=0-9.#%*/(); \\[\\]é-]{0,60}") {
             read(line.as_bytes());
         }
     }

@@ -35,6 +35,10 @@ rules! {
     REPEATED_WORD Error "repeated-word" "A letter that may stand once in a block stands there twice.";
     UNKNOWN_WORD Error "unknown-word" "A word that means nothing in any dialect known here.";
     UNSUPPORTED_WORD Error "unsupported-word" "A word that means something elsewhere and is not supported here.";
+    EXPRESSION Error "expression" "An expression or a statement of control flow that cannot be read.";
+    ARITHMETIC Error "arithmetic" "An expression has no value: a division by zero, the root of a negative number and the like.";
+    UNSET_PARAMETER Error "unset-parameter" "A named parameter is read before it is set.";
+    BAD_PARAMETER Error "bad-parameter" "A parameter that there is not, or that cannot be set.";
     MODAL_CONFLICT Error "modal-conflict" "Two words of one modal group stand in one block.";
     UNUSED_WORD Error "unused-word" "A word that nothing in its block makes use of.";
     MISSING_WORD Error "missing-word" "A code lacks a word that it needs.";
@@ -64,7 +68,7 @@ rules! {
     SPINDLE_SPEED Warning "spindle-speed" "A spindle speed beyond the machine's greatest.";
     FEED_UNITS Warning "feed-units" "A block sets the feed and changes the units, which controls take in different orders.";
     BLOCK_DELETE Warning "block-delete" "Lines that begin with / are executed: block delete is off.";
-    CALL_ALONE Error "call-alone" "Other words stand beside a subroutine call.";
+    CALL_ALONE Error "call-alone" "Other words stand beside a subroutine call or a statement of control flow.";
     UNKNOWN_SUBPROGRAM Error "unknown-subprogram" "A call of a subprogram that the file does not hold.";
     DUPLICATE_PROGRAM Error "duplicate-program" "Two programs of one file have the same number.";
     MISSING_RETURN Error "missing-return" "A subprogram ends without M99.";
@@ -72,6 +76,11 @@ rules! {
     CALL_DEPTH Error "call-depth" "Calls within calls, deeper than 10.";
     CALL_COUNT Error "call-count" "More than a million subroutine calls in one run.";
     SUBPROGRAM_SIZE Error "subprogram-size" "The subprograms that are called hold more than 50000 blocks.";
+    UNMATCHED_FLOW Error "unmatched-flow" "A loop, a condition or a subprogram without its end, or an end without its beginning.";
+    UNKNOWN_LABEL Error "unknown-label" "GOTO leads to an N word that the program does not have.";
+    MAX_PASSES Error "max-passes" "The loops of a program make more passes than allowed (--max-passes).";
+    ALARM Error "alarm" "The program raises an alarm by setting #3000.";
+    OUTSIDE_FOLDER Error "outside-folder" "A subprogram's file lies outside of the program's folder and of those given by --include.";
     EMPTY_PROGRAM Error "empty-program" "The file holds no block.";
     MISSING_END Warning "missing-end" "The program's text ends without M2, M30 or a closing %.";
     AFTER_END Warning "after-end" "Blocks after the program's end, outside of any subprogram, are never executed.";

@@ -5,12 +5,12 @@ use std::io::{self, Read};
 use sha2::{Digest, Sha256};
 
 use crate::base::{AxisMap, AxisSet, Diagnostic, Machine, Point, Source};
-use crate::gcode::{Block, Fault, rules};
+use crate::gcode::{Block, Control, Fault, Label, MessageKind, rules};
 
 use super::Options;
 use super::findings::Place;
 use super::motion::Motion;
-use super::program::{parse_line, program_number};
+use super::program::{Library, parse_line, program_number};
 use super::run::{End, Run};
 use super::travel::Travel;
 
@@ -35,6 +35,19 @@ pub struct Summary {
     pub axes_used: AxisSet,
 }
 
+/// What a program says to the operator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Said {
+    /// Physical line of the comment that says it.
+    pub line: u32,
+    /// The file of a subprogram, where it is not the program's own.
+    pub file: Option<String>,
+    /// `(MSG, …)`, `(DEBUG, …)` or `(PRINT, …)`.
+    pub kind: MessageKind,
+    /// What it says; DEBUG and PRINT with the values of parameters.
+    pub text: String,
+}
+
 /// A checked program.
 #[derive(Clone, Debug)]
 pub struct Checked {
@@ -46,6 +59,12 @@ pub struct Checked {
     pub warnings: u64,
     /// SHA-256 of the text.
     pub sha256: [u8; 32],
+    /// Further files that were read for subprograms, and the SHA-256 of each.
+    pub inputs: Vec<(String, [u8; 32])>,
+    /// What the program says to the operator: at most so much as asked for of diagnostics.
+    pub said: Vec<Said>,
+    /// How often it says something.
+    pub messages: u64,
     /// What the program amounts to.
     pub summary: Summary,
 }
@@ -62,8 +81,8 @@ pub fn check(
     max_diagnostics: usize,
 ) -> io::Result<Checked> {
     let mut run = Run::new(source, machine, options, max_diagnostics);
-    run.travel = Some(Travel::new(machine, options.ignore_travel));
-    let mut summary = Summary { start_mm: run.executor.position_mm(), ..Summary::default() };
+    run.engine.travel = Some(Travel::new(machine, options.ignore_travel));
+    let mut summary = Summary { start_mm: run.engine.executor.position_mm(), ..Summary::default() };
     let mut motions = Vec::new();
     while run.step(&mut motions)? {
         for motion in motions.drain(..) {
@@ -74,26 +93,34 @@ pub fn check(
         }
     }
     check_rest(&mut run)?;
-    if run.blocks == 0 && run.findings.errors == 0 {
-        let place = Place { line: run.lines.number().max(1), text: b"", calls: &[] };
+    if run.engine.blocks == 0 && run.engine.findings.errors == 0 {
+        let place = Place { line: run.lines.number().max(1), text: b"", calls: &[], file: None };
         let fault = Fault::new(&rules::EMPTY_PROGRAM, 0, 1, "there is no block in this file");
-        run.findings.add(fault, place);
+        run.engine.findings.add(fault, place);
     }
-    if let Some(travel) = run.travel.take() {
-        travel.report(&mut run.findings);
+    if let Some(travel) = run.engine.travel.take() {
+        travel.report(&mut run.engine.findings);
         summary.extents_mm = travel.extents_mm(machine);
     }
     summary.lines = u64::from(run.lines.number());
-    summary.blocks = run.blocks;
-    summary.end_mm = run.executor.position_mm();
-    summary.axes_used = run.executor.axes_used;
-    let mut diagnostics = run.findings.list;
-    diagnostics.sort_by_key(|diagnostic| (diagnostic.span.line, diagnostic.span.start));
+    summary.blocks = run.engine.blocks;
+    summary.end_mm = run.engine.executor.position_mm();
+    summary.axes_used = run.engine.executor.axes_used;
+    let hashes = run.library.inputs.list.iter();
+    let inputs = hashes.map(|input| (input.source.name().to_owned(), input.sha256)).collect();
+    let mut diagnostics = run.engine.findings.list;
+    diagnostics.sort_by(|a, b| {
+        let key = |found: &Diagnostic| (found.span.line, found.span.start);
+        a.file.cmp(&b.file).then(key(a).cmp(&key(b)))
+    });
     Ok(Checked {
         diagnostics,
-        errors: run.findings.errors,
-        warnings: run.findings.warnings,
+        errors: run.engine.findings.errors,
+        warnings: run.engine.findings.warnings,
         sha256: sha256(source)?,
+        inputs,
+        said: run.engine.said,
+        messages: run.engine.findings.messages,
         summary,
     })
 }
@@ -101,17 +128,18 @@ pub fn check(
 /// Checks the words of what follows the main program: subprograms that are never called have
 /// faults too, and blocks outside of any are never run.
 fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
-    let mut in_program = matches!(run.end, End::NextProgram | End::GivenUp);
+    let mut in_program = run.rest_in_program || matches!(run.end, End::NextProgram | End::GivenUp);
     // Faults of subprograms that were called have been reported when they were read.
-    let mut reported = run.end == End::NextProgram
-        && program_number(&run.block).is_some_and(|(number, _)| run.library.has_read(number));
+    let has_read = |library: &Library, number| library.has_read(&Label::Number(number));
+    let mut reported = (run.end == End::NextProgram || run.rest_in_program)
+        && program_number(&run.block).is_some_and(|(number, _)| has_read(&run.library, number));
     let mut after_end_said = false;
     let mut block = Block::default();
     let mut faults = Vec::new();
     while run.end != End::NotText {
         let Some(line) = run.lines.next_line()? else { return Ok(()) };
-        parse_line(&line, &mut block, &mut faults);
-        let place = Place { line: line.number, text: line.bytes, calls: &[] };
+        parse_line(&line, &mut block, &mut faults, run.block_delete);
+        let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let is_blank = block.is_empty() && faults.is_empty();
         if run.end == End::Text {
             faults.clear();
@@ -122,20 +150,26 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
             in_program = false;
         } else if let Some((number, _)) = program_number(&block) {
             in_program = true;
-            reported = run.library.has_read(number);
+            reported = has_read(&run.library, number);
+        } else if let Some(sub) = block.statement().filter(|found| found.control == Control::Sub) {
+            in_program = true;
+            reported = run.library.has_read(&sub.label);
         }
         if in_program {
-            run.executor.check_codes(&block, &mut faults);
+            // What an expression makes of a word is not known here.
+            if block.is_plain() {
+                run.engine.executor.check_codes(&block, &mut faults);
+            }
         } else if !is_blank && !block.percent && !after_end_said {
             after_end_said = true;
             let message = "this and what follows stands after the program's end: it is not run";
             let fault = Fault::block(&rules::AFTER_END, &block, message);
-            run.findings.add(fault.help("write M30 after it, or take it out"), place);
+            run.engine.findings.add(fault.help("write M30 after it, or take it out"), place);
         }
         if reported {
             faults.clear();
         }
-        run.findings.take(&mut faults, place);
+        run.engine.findings.take(&mut faults, place);
     }
     Ok(())
 }

@@ -13,26 +13,12 @@ use super::Options;
 use super::compensation::Compensation;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
+use super::flow::Flow;
 use super::frames::Frames;
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
 use super::tools::Tools;
-use super::words::{call_flow, conflict, go_together, unsupported};
-
-/// Where execution goes after a block.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Flow {
-    Next,
-    /// Run a subprogram so often.
-    Call {
-        number: u32,
-        repeats: u32,
-    },
-    /// M99
-    Return,
-    /// M2, M30
-    End,
-}
+use super::words::{call_flow, conflict, go_together, leads_to, unsupported};
 
 /// The motion code in force.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -196,7 +182,7 @@ impl<'a> Executor<'a> {
             self.block_delete_said = true;
             let message = "this line is executed, and so is every other that begins with /";
             let fault = Fault::new(&rules::BLOCK_DELETE, 0, 1, message);
-            out.faults.push(fault.help("block delete is off; take the line out to skip it"));
+            out.faults.push(fault.help("--block-delete skips these lines"));
         }
         let text_is_faulty = out.faults.iter().any(is_error);
         if text_is_faulty {
@@ -419,7 +405,7 @@ impl<'a> Executor<'a> {
                 out.function(if op == Op::End { 2 } else { 30 });
                 return Flow::End;
             }
-            Op::Return => return Flow::Return,
+            Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
         }
         Flow::Next
     }

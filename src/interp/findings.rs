@@ -18,6 +18,8 @@ pub(super) struct Place<'a> {
     pub text: &'a [u8],
     /// Lines of the calls that led here, outermost first.
     pub calls: &'a [u32],
+    /// The file, where it is not the program's own.
+    pub file: Option<&'a str>,
 }
 
 /// Diagnostics of a run.
@@ -26,11 +28,13 @@ pub(super) struct Findings {
     pub list: Vec<Diagnostic>,
     pub errors: u64,
     pub warnings: u64,
+    /// What the program has said to the operator.
+    pub messages: u64,
     errors_kept: usize,
     warnings_kept: usize,
     max: usize,
-    /// Faults of subprograms that have been said: they would come again with every call.
-    said: HashSet<(u32, &'static str, u32)>,
+    /// Faults of subprograms and loops that have been said: they would come again with every run.
+    said: HashSet<(Option<String>, u32, &'static str, u32)>,
 }
 
 impl Findings {
@@ -40,6 +44,7 @@ impl Findings {
             list: Vec::new(),
             errors: 0,
             warnings: 0,
+            messages: 0,
             errors_kept: 0,
             warnings_kept: 0,
             max,
@@ -47,11 +52,23 @@ impl Findings {
         }
     }
 
+    /// How many are kept of each kind.
+    pub fn max(&self) -> usize {
+        self.max
+    }
+
     /// Takes the faults of a line.
     pub fn take(&mut self, faults: &mut Vec<Fault>, place: Place<'_>) {
         for fault in faults.drain(..) {
-            let once = (place.line, fault.rule.name, fault.start);
-            if place.calls.is_empty() || self.said.insert(once) {
+            self.add(fault, place);
+        }
+    }
+
+    /// Takes the faults of a line that may be read or run again: each is said once.
+    pub fn take_once(&mut self, faults: &mut Vec<Fault>, place: Place<'_>) {
+        for fault in faults.drain(..) {
+            let file = place.file.map(str::to_owned);
+            if self.said.insert((file, place.line, fault.rule.name, fault.start)) {
                 self.add(fault, place);
             }
         }
@@ -83,6 +100,7 @@ pub(super) fn diagnostic(fault: Fault, place: Place<'_>) -> Diagnostic {
         message: fault.message,
         help: fault.help,
         calls: place.calls.to_vec(),
+        file: place.file.map(str::to_owned),
     }
 }
 

@@ -6,31 +6,70 @@
 //! [`crate::gcode::codes`]. Nothing is known here of speeds in time, of steps or of ticks.
 
 mod arc;
+mod body;
 mod check;
 mod compensate;
 mod compensation;
 mod cycles;
 mod duration;
+mod engine;
 mod execute;
 mod feed;
 mod findings;
+mod flow;
 mod frames;
+mod inputs;
 mod motion;
 mod motions;
 mod moves;
 mod offsets;
+mod parameters;
 mod program;
 mod run;
+mod system;
 mod tools;
 mod travel;
 mod words;
 
-pub use check::{Checked, Summary, check};
+pub use check::{Checked, Said, Summary, check};
 pub use motion::{Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
 pub use tools::{Tool, Tools, ToolsError};
 
+use std::path::PathBuf;
+
 use crate::base::Point;
+
+/// Whose meaning is taken where the same text means one thing here and another there; nothing else
+/// hangs on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dialect {
+    /// As LinuxCNC, but `#3000` raises an alarm.
+    #[default]
+    Iso,
+    /// `#3000` is a parameter like others.
+    LinuxCnc,
+    /// Parameters that are not set have no value; FIX and FUP go towards and away from zero; AND
+    /// OR XOR work on bits; `M98 P51000` is `M98 P1000 L5`.
+    Fanuc,
+    /// As LinuxCNC.
+    Grbl,
+}
+
+impl Dialect {
+    /// All of them.
+    pub const ALL: [Dialect; 4] = [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Grbl];
+
+    /// Its name on the command line and in dumps.
+    pub fn name(self) -> &'static str {
+        match self {
+            Dialect::Iso => "iso",
+            Dialect::LinuxCnc => "linuxcnc",
+            Dialect::Fanuc => "fanuc",
+            Dialect::Grbl => "grbl",
+        }
+    }
+}
 
 /// What changes the meaning of a program from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +78,18 @@ pub struct Options {
     pub start_mm: Option<Point>,
     /// Whether to pass over the machine's travel limits.
     pub ignore_travel: bool,
+    /// Whose meaning is taken where meanings clash.
+    pub dialect: Dialect,
+    /// Whether lines that begin with `/` are left out.
+    pub block_delete: bool,
+    /// Folders below which subprograms may lie in files of their own, in order of search.
+    pub folders: Vec<PathBuf>,
+    /// Most passes that all loops, repeats and backward GOTOs of a run may make together; none:
+    /// [`MAX_PASSES`].
+    pub max_passes: Option<u64>,
     /// The tools, for their lengths and diameters.
     pub tools: Tools,
 }
+
+/// Passes of loops that a run may make, unless said otherwise.
+pub const MAX_PASSES: u64 = 10_000_000;

@@ -59,10 +59,10 @@ impl Iterator for Motions<'_> {
                     return Some(Err(RunError::Io(error)));
                 }
             }
-            if self.run.findings.errors > 0 {
+            if self.run.engine.findings.errors > 0 {
                 self.made.clear();
                 self.is_over = true;
-                let mut found = self.run.findings.list.drain(..);
+                let mut found = self.run.engine.findings.list.drain(..);
                 let error = found.find(|diagnostic| diagnostic.severity == Severity::Error)?;
                 return Some(Err(RunError::Program(Box::new(error))));
             }

@@ -1,53 +1,49 @@
-//! The programs of one file: where each begins, and the bodies of those that are called.
+//! The programs of a file, and of the files beside it: where each begins, and the bodies of those
+//! that are called.
 //!
-//! A file is read through for its O words at the first call. A body is parsed once and kept,
+//! A file is read through for its programs at the first call. A body is parsed once and kept,
 //! however often it runs; what is kept is bounded.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::io;
+use std::path::PathBuf;
 use std::rc::Rc;
 
 use crate::base::Source;
+use crate::base::source::SourceReader;
 use crate::gcode::codes::{self, Op};
-use crate::gcode::{Block, Fault, LINE_BYTES_MAX, Line, Lines, Word, parse, rules};
+use crate::gcode::{Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Word, parse, rules};
 
+use super::body::{Body, Linker};
 use super::findings::{Findings, Place};
+use super::inputs::{Inputs, Opened};
 
-/// Most blocks of called subprograms that are kept: about 16 MB.
-const BLOCKS_MAX: usize = 50_000;
+/// Most blocks that are kept, of subprograms and of loops: about 20 MB.
+pub(super) const BLOCKS_MAX: usize = 50_000;
 
-/// A subprogram, parsed.
-#[derive(Debug)]
-pub(super) struct Body {
-    pub number: u32,
-    blocks: Vec<Stored>,
-    text: Vec<u8>,
-}
-
-#[derive(Debug)]
-struct Stored {
+/// Where a program begins.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    offset: u64,
     line: u32,
-    block: Block,
-    text: (usize, usize),
+    /// Whether it is `O100 sub` up to `O100 endsub`; else it is `O100` up to the next program.
+    is_sub: bool,
 }
 
-impl Body {
-    /// A block, its line and that line's text.
-    pub fn get(&self, at: usize) -> Option<(&Block, u32, &[u8])> {
-        let stored = self.blocks.get(at)?;
-        Some((&stored.block, stored.line, &self.text[stored.text.0..stored.text.1]))
-    }
-}
+type Spots = HashMap<Label, Spot>;
 
-/// The programs of a file.
+/// The programs that can be called.
 #[derive(Debug)]
 pub(super) struct Library {
     source: Source,
-    /// Where the line with each O word begins, and its number; empty until the first call.
-    places: Option<HashMap<u32, (u64, u32)>>,
-    /// Bodies by program number; none for one that cannot be run.
-    bodies: HashMap<u32, Option<Rc<Body>>>,
+    block_delete: bool,
+    pub inputs: Inputs,
+    /// Where programs begin, by file: the program's own first, then the inputs; none where that
+    /// has not been asked yet.
+    spots: Vec<Option<Spots>>,
+    /// Bodies by file and label; none for one that cannot be run.
+    bodies: HashMap<(usize, Label), Option<Rc<Body>>>,
     blocks_kept: usize,
 }
 
@@ -73,140 +69,350 @@ pub(super) fn program_number(block: &Block) -> Option<(u32, &Word)> {
     is_number.then_some((word.value as u32, word))
 }
 
-/// Parses a line, and reports one that is too long.
-pub(super) fn parse_line(line: &Line<'_>, block: &mut Block, faults: &mut Vec<Fault>) {
+/// Parses a line, and reports one that is too long. A line that begins with `/` is blank if lines
+/// are to be left out by that.
+pub(super) fn parse_line(
+    line: &Line<'_>,
+    block: &mut Block,
+    faults: &mut Vec<Fault>,
+    block_delete: bool,
+) {
     if line.too_long {
         block.clear();
         let message = format!("line {} is longer than {LINE_BYTES_MAX} bytes", line.number);
         let fault = Fault::new(&rules::LINE_TOO_LONG, 0, 1, message);
         faults.push(fault.help("NC programs have short lines: is this the right file?"));
-    } else {
-        parse(line.bytes, block, faults);
+        return;
+    }
+    let faults_before = faults.len();
+    parse(line.bytes, block, faults);
+    if block_delete && block.delete {
+        block.clear();
+        faults.truncate(faults_before);
     }
 }
 
 impl Library {
-    pub fn new(source: &Source) -> Library {
-        Library { source: source.clone(), places: None, bodies: HashMap::new(), blocks_kept: 0 }
+    pub fn new(source: &Source, folders: &[PathBuf], block_delete: bool) -> Library {
+        Library {
+            source: source.clone(),
+            block_delete,
+            inputs: Inputs::new(folders),
+            spots: vec![None],
+            bodies: HashMap::new(),
+            blocks_kept: 0,
+        }
     }
 
-    /// Whether a program's body has been read, and its faults reported.
-    pub fn has_read(&self, number: u32) -> bool {
-        self.bodies.contains_key(&number)
+    /// Whether the body of a program of the main file has been read, and its faults reported.
+    pub fn has_read(&self, label: &Label) -> bool {
+        self.bodies.contains_key(&(0, label.clone()))
     }
 
-    /// The body of a program; none if the file holds none, or none that can be run. Reports what
-    /// is wrong with it the first time.
-    pub fn body(&mut self, number: u32, findings: &mut Findings) -> io::Result<Found> {
-        if self.places.is_none() {
-            self.places = Some(self.index(findings)?);
+    /// The body of a program that is called from a file: of that file, of the main file, or of a
+    /// file of its own. Reports what is wrong with it the first time.
+    pub fn body(
+        &mut self,
+        label: &Label,
+        from: usize,
+        findings: &mut Findings,
+    ) -> io::Result<Found> {
+        for file in [from, 0] {
+            if let Some(spot) = self.spots(file, findings)?.get(label).copied() {
+                return self.known(label, file, spot, findings);
+            }
         }
-        if let Some(body) = self.bodies.get(&number) {
-            return Ok(body.clone().map_or(Found::Faulty, Found::Body));
-        }
-        let Some(place) = self.places.as_ref().and_then(|places| places.get(&number)).copied()
-        else {
-            return Ok(Found::Nothing);
+        let file = match self.inputs.open(label)? {
+            Opened::Input(at) => at + 1,
+            Opened::Outside(name) => return Ok(Found::Outside(name)),
+            Opened::Nothing => return Ok(Found::Nothing),
         };
-        let body = self.read(number, place, findings)?.map(Rc::new);
-        self.bodies.insert(number, body.clone());
+        if self.spots.len() <= file {
+            self.spots.resize(file + 1, None);
+        }
+        // A file without the label is the subprogram from its beginning on.
+        let whole = Spot { offset: 0, line: 1, is_sub: false };
+        let spot = self.spots(file, findings)?.get(label).copied().unwrap_or(whole);
+        self.known(label, file, spot, findings)
+    }
+
+    fn known(
+        &mut self,
+        label: &Label,
+        file: usize,
+        spot: Spot,
+        findings: &mut Findings,
+    ) -> io::Result<Found> {
+        let key = (file, label.clone());
+        let body = match self.bodies.get(&key) {
+            Some(body) => body.clone(),
+            None => {
+                let body = self.read(label, file, spot, findings)?.map(Rc::new);
+                self.bodies.insert(key, body.clone());
+                body
+            }
+        };
         Ok(body.map_or(Found::Faulty, Found::Body))
     }
 
-    /// Numbers of the programs that can be called, in ascending order.
-    pub fn numbers(&self) -> Vec<u32> {
-        let mut numbers: Vec<u32> = self.places.iter().flat_map(HashMap::keys).copied().collect();
-        numbers.sort_unstable();
-        numbers
+    /// Numbers and names of the programs of the main file, in order.
+    pub fn labels(&self) -> Vec<String> {
+        let spots = self.spots.first().and_then(Option::as_ref);
+        let mut labels: Vec<&Label> = spots.into_iter().flat_map(HashMap::keys).collect();
+        labels.sort_unstable_by_key(|label| match label {
+            Label::Number(number) => (*number, ""),
+            Label::Name(name) => (u32::MAX, &**name),
+        });
+        labels.into_iter().map(Label::to_string).collect()
     }
 
-    /// Finds all O words up to the end of the text.
-    fn index(&self, findings: &mut Findings) -> io::Result<HashMap<u32, (u64, u32)>> {
-        let mut lines = Lines::new(self.source.reader(0), 0, 1);
+    fn source(&self, file: usize) -> (&Source, Option<Rc<str>>) {
+        match file.checked_sub(1).and_then(|at| self.inputs.list.get(at)) {
+            Some(input) => (&input.source, Some(Rc::from(input.source.name()))),
+            None => (&self.source, None),
+        }
+    }
+
+    /// Where the programs of a file begin.
+    fn spots(&mut self, file: usize, findings: &mut Findings) -> io::Result<&Spots> {
+        if self.spots.get(file).is_none_or(Option::is_none) {
+            let spots = self.index(file, findings)?;
+            if let Some(place) = self.spots.get_mut(file) {
+                *place = Some(spots);
+            }
+        }
+        self.spots
+            .get(file)
+            .and_then(Option::as_ref)
+            .ok_or_else(|| io::Error::other("a file that was read is gone"))
+    }
+
+    /// Finds all programs up to the end of a text.
+    fn index(&self, file: usize, findings: &mut Findings) -> io::Result<Spots> {
+        let (source, file_name) = self.source(file);
+        let mut lines = Lines::new(source.reader(0), 0, 1);
         let (mut block, mut tape) = (Block::default(), Tape::default());
-        let mut places: HashMap<u32, (u64, u32)> = HashMap::new();
+        let mut spots = Spots::new();
         let mut faults = Vec::new();
         while let Some(line) = lines.next_line()? {
             // Faults are reported where the line is run or checked.
-            parse_line(&line, &mut block, &mut faults);
+            parse_line(&line, &mut block, &mut faults, self.block_delete);
             faults.clear();
             if tape.ends_at(&block) {
                 break;
             }
-            let Some((number, word)) = program_number(&block) else { continue };
-            match places.entry(number) {
+            let Some((label, start, end, is_sub)) = beginning(&block) else { continue };
+            let spot = Spot { offset: line.offset, line: line.number, is_sub };
+            match spots.entry(label) {
                 Entry::Vacant(entry) => {
-                    entry.insert((line.offset, line.number));
+                    entry.insert(spot);
                 }
                 Entry::Occupied(first) => {
-                    let message = format!("O{number} stands on line {} already", first.get().1);
-                    let fault = Fault::word(&rules::DUPLICATE_PROGRAM, word, message);
-                    let place = Place { line: line.number, text: line.bytes, calls: &[] };
+                    let message =
+                        format!("{} stands on line {} already", first.key(), first.get().line);
+                    let fault = Fault::new(&rules::DUPLICATE_PROGRAM, start, end, message);
+                    let place = Place {
+                        line: line.number,
+                        text: line.bytes,
+                        calls: &[],
+                        file: file_name.as_deref(),
+                    };
                     findings.add(fault.help("give each program a number of its own"), place);
                 }
             }
         }
-        Ok(places)
+        Ok(spots)
     }
 
-    /// Reads the program that begins at a line, up to its M99.
+    /// Reads a program: a sub up to its endsub, another one up to the next.
     fn read(
         &mut self,
-        number: u32,
-        (offset, line): (u64, u32),
+        label: &Label,
+        file: usize,
+        spot: Spot,
         findings: &mut Findings,
     ) -> io::Result<Option<Body>> {
-        let mut lines = Lines::new(self.source.reader(offset), offset, line);
-        let mut body = Body { number, blocks: Vec::new(), text: Vec::new() };
-        let (mut block, mut faults) = (Block::default(), Vec::new());
+        let (source, file_name) = self.source(file);
+        let mut lines = Lines::new(source.reader(spot.offset), spot.offset, spot.line);
+        let body = Body::new(Some(label.clone()), file, file_name);
+        let mut reading = Reading::new(body, self.block_delete);
         let mut first = Vec::new();
-        let mut is_faulty = false;
-        while let Some(line) = lines.next_line()? {
-            parse_line(&line, &mut block, &mut faults);
-            let place = Place { line: line.number, text: line.bytes, calls: &[] };
-            is_faulty |= !faults.is_empty();
-            findings.take(&mut faults, place);
-            if first.is_empty() {
-                first = line.bytes.to_vec();
-            } else if block.has(b'O') || block.percent {
+        let mut returns = spot.is_sub;
+        while let Some(line) = reading.next(&mut lines, findings, 0)? {
+            if reading.body.len() <= 1 && first.is_empty() {
+                first = line.text;
+            }
+            returns |= ends_subprogram(&reading.block);
+            if spot.is_sub && reading.linker.is_closed() {
                 break;
             }
-            if block.is_empty() {
-                continue;
-            }
-            self.blocks_kept += 1;
-            if self.blocks_kept > BLOCKS_MAX {
-                let message =
-                    format!("the subprograms that are called hold over {BLOCKS_MAX} blocks");
-                let fault = Fault::block(&rules::SUBPROGRAM_SIZE, &block, message);
-                findings.add(
-                    fault.help("call them from a main program in pieces, or write them out"),
-                    place,
-                );
+            if self.blocks_kept + reading.body.len() > BLOCKS_MAX {
+                reading.too_large(line.number, findings);
                 return Ok(None);
             }
-            let begin = body.text.len();
-            body.text.extend_from_slice(line.bytes);
-            let returns = returns(&block);
-            body.blocks.push(Stored {
-                line: line.number,
-                block: block.clone(),
-                text: (begin, body.text.len()),
-            });
-            if returns {
-                return Ok((!is_faulty).then_some(body));
+        }
+        self.blocks_kept += reading.body.len();
+        reading.finish(findings);
+        if !returns {
+            let message = format!("the subprogram {label} has no M99");
+            let fault = Fault::new(&rules::MISSING_RETURN, 0, first.len() as u32, message);
+            let file = reading.body.file_name.as_deref();
+            let place = Place { line: spot.line, text: &first, calls: &[], file };
+            findings.add(fault.help("end it by a block of M99"), place);
+            return Ok(None);
+        }
+        Ok((!reading.is_faulty).then_some(reading.body))
+    }
+
+    /// Reads the main program whole, from its first line on, for a GOTO may lead anywhere in it.
+    /// Faults of lines up to `said` have been reported. Gives the body, where reading has ended,
+    /// and the block that ended it; none if it cannot be run.
+    pub fn read_main(&mut self, said: u32, findings: &mut Findings) -> io::Result<MainText> {
+        let mut lines = Lines::new(self.source.reader(0), 0, 1);
+        let mut reading = Reading::new(Body::new(None, 0, None), self.block_delete);
+        while let Some(line) = reading.next(&mut lines, findings, said)? {
+            if self.blocks_kept + reading.body.len() > BLOCKS_MAX {
+                reading.too_large(line.number, findings);
+                reading.is_faulty = true;
+                break;
             }
         }
-        let message = format!("the subprogram O{number} has no M99");
-        let fault = Fault::new(&rules::MISSING_RETURN, 0, first.len() as u32, message);
-        findings
-            .add(fault.help("end it by a block of M99"), Place { line, text: &first, calls: &[] });
-        Ok(None)
+        self.blocks_kept += reading.body.len();
+        reading.finish(findings);
+        let body = (!reading.is_faulty).then(|| Rc::new(reading.body));
+        Ok(MainText { body, lines, block: reading.block })
     }
 }
 
+/// The main program, read whole.
+pub(super) struct MainText {
+    pub body: Option<Rc<Body>>,
+    /// What follows it.
+    pub lines: Lines<SourceReader>,
+    /// The block that ended it: of the next program, `%`, or blank at the end of the text.
+    pub block: Block,
+}
+
+/// A line that was added to a body.
+pub(super) struct Added {
+    pub number: u32,
+    pub text: Vec<u8>,
+}
+
+/// A body while it is read.
+pub(super) struct Reading {
+    pub body: Body,
+    pub linker: Linker,
+    pub is_faulty: bool,
+    /// The block read last.
+    pub block: Block,
+    /// Whether a statement could not be read: what belongs to it cannot be told.
+    is_broken: bool,
+    tape: Tape,
+    faults: Vec<Fault>,
+    block_delete: bool,
+}
+
+impl Reading {
+    pub fn new(body: Body, block_delete: bool) -> Reading {
+        Reading {
+            body,
+            linker: Linker::default(),
+            is_faulty: false,
+            block: Block::default(),
+            is_broken: false,
+            tape: Tape::default(),
+            faults: Vec::new(),
+            block_delete,
+        }
+    }
+
+    /// Adds the next line that is not blank; none at the end of the program or of the text.
+    pub fn next(
+        &mut self,
+        lines: &mut Lines<SourceReader>,
+        findings: &mut Findings,
+        said: u32,
+    ) -> io::Result<Option<Added>> {
+        while let Some(line) = lines.next_line()? {
+            parse_line(&line, &mut self.block, &mut self.faults, self.block_delete);
+            let ends_tape = self.tape.ends_at(&self.block);
+            let begins_other = self.block.has(b'O') && self.body.len() > 0;
+            if ends_tape || begins_other {
+                self.faults.clear();
+                return Ok(None);
+            }
+            self.is_faulty |= !self.faults.is_empty();
+            let is_blank = self.block.is_empty() || self.block.percent;
+            if !is_blank {
+                self.add(line.number, line.bytes);
+            }
+            self.report(line.number, line.bytes, findings, said);
+            if !is_blank {
+                return Ok(Some(Added { number: line.number, text: line.bytes.to_vec() }));
+            }
+        }
+        self.block.clear();
+        Ok(None)
+    }
+
+    /// Adds a block that has been read already.
+    pub fn begin(&mut self, line: u32, text: &[u8], block: &Block, findings: &mut Findings) {
+        self.block.clone_from(block);
+        self.add(line, text);
+        self.report(line, text, findings, 0);
+    }
+
+    fn add(&mut self, line: u32, text: &[u8]) {
+        self.body.push(line, text, &self.block);
+        self.is_broken |= self.block.is_broken_statement();
+        let statement = self.block.statement().filter(|_| !self.is_broken);
+        let linked = statement.map_or(Ok(()), |found| self.linker.add(&mut self.body, found));
+        if let Err(fault) = linked {
+            self.is_faulty = true;
+            self.faults.push(fault);
+        }
+    }
+
+    fn report(&mut self, line: u32, text: &[u8], findings: &mut Findings, said: u32) {
+        if line <= said {
+            self.faults.clear();
+        }
+        let place = Place { line, text, calls: &[], file: self.body.file_name.as_deref() };
+        findings.take_once(&mut self.faults, place);
+    }
+
+    /// Reports what has begun and not ended.
+    pub fn finish(&mut self, findings: &mut Findings) {
+        if let Some((line, fault)) = self.linker.unfinished().filter(|_| !self.is_broken) {
+            self.is_faulty = true;
+            let text = self.body.get(self.body.place_of(line)).map_or(&b""[..], |found| found.2);
+            let place = Place { line, text, calls: &[], file: self.body.file_name.as_deref() };
+            findings.take_once(&mut vec![fault], place);
+        }
+    }
+
+    /// Reports that there is more than can be kept.
+    pub fn too_large(&self, line: u32, findings: &mut Findings) {
+        let message = format!("what is called or repeated holds over {BLOCKS_MAX} blocks");
+        let fault = Fault::block(&rules::SUBPROGRAM_SIZE, &self.block, message);
+        let text = self.body.get(self.body.len().saturating_sub(1)).map_or(&b""[..], |last| last.2);
+        let place = Place { line, text, calls: &[], file: self.body.file_name.as_deref() };
+        findings.add(fault.help("call it in pieces, or write it out"), place);
+    }
+}
+
+/// The program that a line begins: its label, where that stands, and whether it is a sub.
+fn beginning(block: &Block) -> Option<(Label, u32, u32, bool)> {
+    if let Some((number, word)) = program_number(block) {
+        return Some((Label::Number(number), word.start, word.end, false));
+    }
+    let statement = block.statement().filter(|statement| statement.control == Control::Sub)?;
+    Some((statement.label.clone(), statement.start, statement.end, true))
+}
+
 /// Whether a block ends its subprogram, or the whole program.
-fn returns(block: &Block) -> bool {
+fn ends_subprogram(block: &Block) -> bool {
     block.words().iter().filter(|word| word.letter == b'M').any(|word| {
         let op = codes::find(b'M', word.value).and_then(|code| code.op);
         matches!(op, Some(Op::Return | Op::End | Op::EndAndRewind))
@@ -219,6 +425,8 @@ pub(super) enum Found {
     Body(Rc<Body>),
     /// It has faults, which have been reported.
     Faulty,
-    /// The file does not hold it.
+    /// Its file lies outside of the folders.
+    Outside(String),
+    /// There is none.
     Nothing,
 }

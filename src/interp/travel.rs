@@ -37,6 +37,7 @@ struct Breach {
     line: u32,
     text: Vec<u8>,
     calls: Vec<u32>,
+    file: Option<String>,
     span: (u32, u32),
 }
 
@@ -120,6 +121,7 @@ impl Travel {
                     line: 0,
                     text: Vec::new(),
                     calls: Vec::new(),
+                    file: None,
                     span: (0, 0),
                 });
                 let Some(breach) = self.breaches.last_mut() else { return };
@@ -132,6 +134,7 @@ impl Travel {
         breach.text.extend_from_slice(place.text);
         breach.calls.clear();
         breach.calls.extend_from_slice(place.calls);
+        breach.file = place.file.map(str::to_owned);
         breach.span = match block.word(axis.letter() as u8) {
             Some(word) => (word.start, word.end),
             None => block.extent(),
@@ -163,7 +166,8 @@ impl Travel {
             }
             let fault = Fault::new(rule, breach.span.0, breach.span.1, message)
                 .help("move the job's zero or start, or take a machine with more travel");
-            let place = Place { line: breach.line, text: &breach.text, calls: &breach.calls };
+            let file = breach.file.as_deref();
+            let place = Place { line: breach.line, text: &breach.text, calls: &breach.calls, file };
             findings.add(fault, place);
         }
     }

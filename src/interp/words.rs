@@ -3,7 +3,7 @@
 use crate::gcode::codes::{Code, Op};
 use crate::gcode::{Block, Call, Fault, Word, letter_bit, rules};
 
-use super::execute::Flow;
+use super::flow::Flow;
 
 /// Whether two codes of one group may stand in one block: mist and flood; and G80 with the motion
 /// code that follows on what it ends.
@@ -35,7 +35,6 @@ pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
 /// What to write instead of a code that is not supported.
 fn remedy(code: &Code) -> &'static str {
     match (code.letter, code.tenths) {
-        (b'M', 980) => "write GR100, or GR P100 L2, for a call of O100",
         (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
         _ => "leave it out, or let the CAM program write for a control without it",
     }
@@ -51,10 +50,16 @@ pub(super) fn machine_coordinates_alone(block: &Block, faults: &mut Vec<Fault>) 
     }
 }
 
+/// What is nearly whole is taken for it (RS274/NGC): expressions are rounded.
+const WHOLE_WITHIN: f64 = 1e-4;
+
 /// The value of a word that has to be a whole number from 0 to `greatest`.
 pub(super) fn whole(word: &Word, greatest: u32, faults: &mut Vec<Fault>) -> Option<u32> {
-    if word.value.fract() == 0.0 && (0.0..=f64::from(greatest)).contains(&word.value) {
-        return Some(word.value as u32);
+    let nearest = word.value.round();
+    if (word.value - nearest).abs() <= WHOLE_WITHIN
+        && (0.0..=f64::from(greatest)).contains(&nearest)
+    {
+        return Some(nearest as u32);
     }
     let letter = char::from(word.letter);
     let message = format!("{word}: {letter} is a whole number from 0 to {greatest}");
@@ -81,7 +86,34 @@ pub(super) fn call_flow(block: &Block, call: &Call, faults: &mut Vec<Fault>) -> 
             return Flow::Next;
         }
     };
-    let Some(number) = whole(&number, 999_999_999, faults) else { return Flow::Next };
+    repeated_call(&number, block, faults)
+}
+
+/// Where M98, M99 or G65 leads.
+pub(super) fn leads_to(op: Op, block: &Block, faults: &mut Vec<Fault>) -> Flow {
+    match op {
+        Op::Return => {
+            Flow::Return(block.word(b'P').and_then(|word| whole(word, 999_999_999, faults)))
+        }
+        _ => subprogram_flow(block, faults),
+    }
+}
+
+/// What M98 asks for, or G65.
+pub(super) fn subprogram_flow(block: &Block, faults: &mut Vec<Fault>) -> Flow {
+    match block.word(b'P') {
+        Some(number) => repeated_call(number, block, faults),
+        None => {
+            let message = "there is no P that says which subprogram to run";
+            let fault = Fault::block(&rules::MISSING_WORD, block, message);
+            faults.push(fault.help("write P100 for the subprogram O100"));
+            Flow::Next
+        }
+    }
+}
+
+fn repeated_call(number: &Word, block: &Block, faults: &mut Vec<Fault>) -> Flow {
+    let Some(number) = whole(number, 999_999_999, faults) else { return Flow::Next };
     let repeats = match block.word(b'L') {
         Some(word) => match whole(word, 1_000_000, faults) {
             Some(repeats) => repeats,

@@ -329,6 +329,7 @@ impl<'t> Keys<'t> {
             message,
             help,
             calls: Vec::new(),
+            file: None,
         });
     }
 }

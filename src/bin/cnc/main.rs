@@ -19,6 +19,7 @@ mod cmd;
 mod exit;
 mod input;
 mod interrupt;
+mod language;
 mod output;
 mod program;
 mod progress;

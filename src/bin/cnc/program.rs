@@ -17,6 +17,7 @@ use cnc::tape::{Encoding, Header, Origin};
 use crate::args::Global;
 use crate::exit::{Exit, Failure};
 use crate::input::Start;
+use crate::language::LanguageArgs;
 use crate::{input, report};
 
 /// Options that change the motion of a job.
@@ -28,6 +29,8 @@ pub struct MotionArgs {
     /// Machine position at which the job starts, in mm [default: the profile's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub start: Option<Start>,
+    #[command(flatten)]
+    pub language: LanguageArgs,
     /// Tool table: CSV, or LinuxCNC's format; lengths in mm
     #[arg(long, value_name = "FILE")]
     pub tools: Option<PathBuf>,
@@ -74,11 +77,12 @@ impl Program {
     ) -> Result<Result<Program, Exit>, Failure> {
         let machine = input::machine(global)?;
         let source = input::program(file)?;
-        Program::check(source, machine, motion, global)
+        Program::check(file, source, machine, motion, global)
     }
 
     /// As [`Program::open`], for a program that is open already.
     pub fn check(
+        file: &Path,
         source: Source,
         machine: Machine,
         motion: &MotionArgs,
@@ -94,7 +98,7 @@ impl Program {
         }
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
         let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
-        let options = interp::Options { start_mm, tools, ..Default::default() };
+        let options = interp::Options { start_mm, tools, ..motion.language.options(file) };
         let checked = interp::check(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
@@ -104,7 +108,9 @@ impl Program {
             FeedMode::ExactStop => Feed::ExactStop,
             FeedMode::Constant => Feed::Constant,
         };
-        let inputs = tools_origin.into_iter().collect();
+        let subprograms = checked.inputs.iter().cloned();
+        let subprograms = subprograms.map(|(name, sha256)| Origin { name, sha256 });
+        let inputs = tools_origin.into_iter().chain(subprograms).collect();
         Ok(Ok(Program { source, machine, checked, inputs, options, feed }))
     }
 
@@ -157,7 +163,11 @@ impl Program {
     /// The header of the job's dump.
     pub fn header(&self, encoder: Encoder, encoding: Encoding) -> Header {
         let machine = &self.machine;
-        let mut options = vec![("dialect".to_owned(), "iso".to_owned())];
+        let dialect = self.options.dialect.name();
+        let mut options = vec![("dialect".to_owned(), dialect.to_owned())];
+        if self.options.block_delete {
+            options.push(("block-delete".to_owned(), "on".to_owned()));
+        }
         if self.feed == Feed::Constant {
             options.push(("feed".to_owned(), "constant".to_owned()));
         }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use clap::ColorChoice;
 use cnc::base::{Diagnostic, Severity};
+use cnc::gcode::MessageKind;
 use cnc::interp::Checked;
 
 use crate::args::Global;
@@ -21,7 +22,8 @@ pub fn diagnostics<'a>(
     for diagnostic in diagnostics {
         if diagnostic.severity == Severity::Error || !global.quiet {
             // Nothing can be said to a standard error that is gone.
-            let _ = writeln!(out, "{}\n", draw(source_name, diagnostic, &renderer));
+            let name = diagnostic.file.as_deref().unwrap_or(source_name);
+            let _ = writeln!(out, "{}\n", draw(name, diagnostic, &renderer));
         }
     }
 }
@@ -29,7 +31,28 @@ pub fn diagnostics<'a>(
 /// Says what a check of a program found, and how much of it.
 pub fn checked(source_name: &str, checked: &Checked, global: &Global) {
     diagnostics(source_name, &checked.diagnostics, global);
+    said(source_name, checked, global);
     totals(source_name, checked, global);
+}
+
+/// What the program says to the operator, unless `--quiet`.
+pub fn said(source_name: &str, checked: &Checked, global: &Global) {
+    if global.quiet {
+        return;
+    }
+    for said in &checked.said {
+        let file = said.file.as_deref().unwrap_or(source_name);
+        let kind = match said.kind {
+            MessageKind::Message => "message",
+            MessageKind::Debug => "debug",
+            MessageKind::Print => "print",
+        };
+        say!("{file}:{}: {kind}: {}", said.line, said.text);
+    }
+    let more = checked.messages.saturating_sub(checked.said.len() as u64);
+    if more > 0 {
+        say!("{source_name}: {more} more messages");
+    }
 }
 
 /// The last line of a check: `3 errors, 1 warning`, with what was not drawn; none if nothing was

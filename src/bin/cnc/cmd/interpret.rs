@@ -8,6 +8,7 @@ use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
+use crate::language::LanguageArgs;
 use crate::{input, report};
 
 /// Check an NC program and print what it means
@@ -19,6 +20,8 @@ pub struct Args {
     /// Where the job starts, in machine coordinates [default: the machine's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     start: Option<input::Start>,
+    #[command(flatten)]
+    language: LanguageArgs,
     /// Tool table: CSV, or LinuxCNC's format; lengths in mm
     #[arg(long, value_name = "FILE")]
     tools: Option<PathBuf>,
@@ -29,7 +32,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = input::program(&args.file)?;
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
     let (tools, _) = input::tools(args.tools.as_deref())?;
-    let options = Options { start_mm, tools, ..Options::default() };
+    let options = Options { start_mm, tools, ..args.language.options(&args.file) };
     let checked = interp::check(&source, &machine, &options, global.max_errors)?;
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
@@ -38,6 +41,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     unless_unread(written.and_then(|()| out.flush()))?;
     let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
     report::diagnostics(source.name(), drawn, global);
+    report::said(source.name(), &checked, global);
     report::totals(source.name(), &checked, global);
     if checked.errors > 0 {
         return Ok(Exit::BadInput);
@@ -73,6 +77,9 @@ struct ErrorLine<'a> {
     /// Lines of the calls that led there, outermost first.
     #[serde(skip_serializing_if = "<[u32]>::is_empty")]
     calls: &'a [u32],
+    /// The file of a subprogram, where it is not the program's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<&'a str>,
 }
 
 fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> {
@@ -84,6 +91,7 @@ fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> 
         message: &diagnostic.message,
         help: diagnostic.help.as_deref(),
         calls: &diagnostic.calls,
+        file: diagnostic.file.as_deref(),
     };
     writeln!(out, "{}", serde_json::to_string(&line)?)
 }

@@ -64,10 +64,11 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         let job = dump(&source, &machine)?;
         return run_job(args, global, &machine, job, None);
     }
-    let program = match Program::check(source, input::machine(global)?, &args.motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program =
+        match Program::check(&args.file, source, input::machine(global)?, &args.motion, global)? {
+            Ok(program) => program,
+            Err(exit) => return Ok(exit),
+        };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());

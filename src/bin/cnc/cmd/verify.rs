@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use cnc::base::machine::BUILT_IN;
 use cnc::base::{Machine, Source};
+use cnc::interp::Dialect;
 use cnc::tape::{Header, Origin, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
 use crate::input::{self, Start};
+use crate::language::{DialectArg, LanguageArgs, SubprogramArgs};
 use crate::program::{FeedMode, MotionArgs, Program};
 
 /// Hold a command dump against the path of its program
@@ -27,6 +29,8 @@ pub struct Args {
     /// tick suffice, by the profile given
     #[arg(long)]
     unsealed: bool,
+    #[command(flatten)]
+    subprograms: SubprogramArgs,
     /// Tool table that the dump was made with
     #[arg(long, value_name = "FILE")]
     tools: Option<PathBuf>,
@@ -51,9 +55,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     }
     let motion = MotionArgs {
         tools: args.tools.clone(),
-        ..motion(&header, &machine).with_context(|| name.clone()).or_bad_input()?
+        ..motion(&header, &machine, args).with_context(|| name.clone()).or_bad_input()?
     };
-    let program = match Program::check(program, machine, &motion, global)? {
+    let program = match Program::check(&args.program, program, machine, &motion, global)? {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
@@ -141,8 +145,8 @@ fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
     };
     if let Some(input) = missing(&header.inputs, &program.inputs) {
         bail!(
-            "the dump was made with the further file '{}' as it was then; hand in a tool table by \
-             --tools",
+            "the dump was made with the further file '{}' as it was then; a tool table is handed in \
+             by --tools, a folder of subprograms by --include",
             input.name
         );
     }
@@ -157,21 +161,33 @@ fn is((name, value): &(String, String), wanted: &str, as_value: &str) -> bool {
 }
 
 /// The options that change motion, as the dump's header has them.
-fn motion(header: &Header, machine: &Machine) -> anyhow::Result<MotionArgs> {
+fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<MotionArgs> {
+    let subprograms = args.subprograms.clone();
+    let language = LanguageArgs { subprograms, ..Default::default() };
     let start = start(header, machine);
-    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start, tools: None };
+    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start, tools: None, language };
     for option in &header.options {
         if is(option, "feed", "constant") {
             motion.feed = FeedMode::Constant;
         } else if option.0 == "start" {
             let start = option.1.parse().map_err(|reason: String| anyhow!(reason));
             motion.start = Some(start.context("option 'start' of the dump's header")?);
-        } else if !is(option, "dialect", "iso") && !is(option, "encoder", "thesis") {
+        } else if is(option, "block-delete", "on") {
+            motion.language.block_delete = true;
+        } else if let Some(dialect) = dialect(option) {
+            motion.language.dialect = DialectArg(dialect);
+        } else if !is(option, "encoder", "thesis") {
             let (name, value) = option;
             bail!("the dump was made with option {name}={value}, which is not known here");
         }
     }
     Ok(motion)
+}
+
+/// The dialect that an option names.
+fn dialect((name, value): &(String, String)) -> Option<Dialect> {
+    let is_known = |dialect: &Dialect| name == "dialect" && value == dialect.name();
+    Dialect::ALL.into_iter().find(is_known)
 }
 
 /// Where the dump starts, unless that is where every job starts.

@@ -1,0 +1,6 @@
+(expect: max-passes 5:1)
+#1=0
+o100 while [#1 LT 5]
+#2=1
+o100 endwhile
+M30

@@ -1,0 +1,3 @@
+(expect: outside-folder 2:1)
+o<../secret> call
+M30

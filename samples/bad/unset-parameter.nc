@@ -1,0 +1,3 @@
+(expect: unset-parameter 2:4)
+G0 X#<depth>
+M30

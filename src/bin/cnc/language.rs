@@ -1,0 +1,73 @@
+//! Options that say how a program is read: `interpret`, `interpolate`, `verify` and `send` share
+//! them.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+use cnc::interp::{self, Dialect};
+
+/// How a program is read.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct LanguageArgs {
+    /// Whose meaning is taken where the same text means different things on different controls
+    #[arg(long, value_enum, default_value_t, value_name = "NAME")]
+    pub dialect: DialectArg,
+    /// Leave out lines that begin with /
+    #[arg(long)]
+    pub block_delete: bool,
+    #[command(flatten)]
+    pub subprograms: SubprogramArgs,
+}
+
+/// Where subprograms may lie, and how much may run; what a program means does not hang on them.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct SubprogramArgs {
+    /// A further folder below which subprograms may lie in files of their own [always: the
+    /// program's folder]
+    #[arg(long, value_name = "DIR")]
+    pub include: Vec<PathBuf>,
+    /// Most passes of all loops together [default: 10000000]
+    #[arg(long, value_name = "N")]
+    pub max_passes: Option<u64>,
+}
+
+/// A dialect, as an option.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DialectArg(pub Dialect);
+
+impl ValueEnum for DialectArg {
+    fn value_variants<'a>() -> &'a [DialectArg] {
+        const ALL: [DialectArg; 4] = [
+            DialectArg(Dialect::Iso),
+            DialectArg(Dialect::LinuxCnc),
+            DialectArg(Dialect::Fanuc),
+            DialectArg(Dialect::Grbl),
+        ];
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.name()))
+    }
+}
+
+impl LanguageArgs {
+    /// The options of a run of the program in a file.
+    pub fn options(&self, file: &Path) -> interp::Options {
+        let own = file.parent().filter(|_| file != Path::new("-"));
+        let own =
+            own.map(
+                |folder| {
+                    if folder == Path::new("") { PathBuf::from(".") } else { folder.to_owned() }
+                },
+            );
+        interp::Options {
+            dialect: self.dialect.0,
+            block_delete: self.block_delete,
+            folders: own.into_iter().chain(self.subprograms.include.iter().cloned()).collect(),
+            max_passes: self.subprograms.max_passes,
+            ..Default::default()
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! One block, whatever stands on it: expressions get their values, parameters are set, messages are
+//! said, and what is left goes to the executor.
+
+use crate::base::Machine;
+use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
+
+use super::Options;
+use super::check::Said;
+use super::duration::too_slow;
+use super::execute::{Executor, Output};
+use super::findings::{Findings, Place};
+use super::flow::Flow;
+use super::motion::Motion;
+use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
+use super::travel::Travel;
+use super::words::subprogram_flow;
+
+/// Greatest magnitude of a word, as of a number that is written.
+const WORD_MAX: f64 = 1e9;
+
+/// What executes blocks, and what it has found and said so far.
+#[derive(Debug)]
+pub(super) struct Engine<'a> {
+    pub executor: Executor<'a>,
+    pub parameters: Parameters,
+    pub findings: Findings,
+    /// Travel, where the run is a check.
+    pub travel: Option<Travel>,
+    /// What the program says, where the run is a check.
+    pub said: Vec<Said>,
+    /// Blocks executed.
+    pub blocks: u64,
+    /// What is wrong with the line at hand.
+    pub faults: Vec<Fault>,
+    /// The block at hand with the values of its expressions.
+    computed: Option<Box<Block>>,
+    left_out: Vec<u16>,
+    to_set: Vec<(Target, f64)>,
+}
+
+impl<'a> Engine<'a> {
+    pub fn new(machine: &'a Machine, options: &Options, max: usize) -> Engine<'a> {
+        Engine {
+            executor: Executor::new(machine, options),
+            parameters: Parameters::new(options.dialect),
+            findings: Findings::new(max),
+            travel: None,
+            said: Vec::new(),
+            blocks: 0,
+            faults: Vec::new(),
+            computed: None,
+            left_out: Vec::new(),
+            to_set: Vec::new(),
+        }
+    }
+
+    /// Executes a block; what is wrong with it is left in `faults`.
+    #[inline]
+    pub fn execute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
+        self.blocks += 1;
+        if !block.is_plain() || is_macro_call(block) {
+            return self.compute(block, place, motions);
+        }
+        let first = motions.len();
+        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        let flow = self.executor.run(block, &mut out);
+        self.judge(&motions[first..], block, place);
+        flow
+    }
+
+    fn compute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
+        let mut computed = self.computed.take().unwrap_or_default();
+        computed.copy_words(block);
+        self.give_values(block, &mut computed);
+        let alarm = self.set(block, place);
+        for message in block.messages() {
+            self.say(*message, place);
+        }
+        let first = motions.len();
+        let flow = if alarm {
+            Flow::Alarm
+        } else if is_macro_call(&computed) {
+            macro_call(&computed, &mut self.faults)
+        } else if !computed.words().is_empty() || computed.call.is_some() || !self.faults.is_empty()
+        {
+            let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+            self.executor.run(&computed, &mut out)
+        } else {
+            Flow::Next
+        };
+        self.judge(&motions[first..], &computed, place);
+        self.computed = Some(computed);
+        flow
+    }
+
+    /// Gives out what the executor holds until it knows what follows.
+    pub fn finish(&mut self, place: Place<'_>, motions: &mut Vec<Motion>) {
+        let (block, first) = (Block::default(), motions.len());
+        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        self.executor.finish(&block, &mut out);
+        self.judge(&motions[first..], &block, place);
+    }
+
+    /// The words of the block executed last, where it was one with expressions or a macro call.
+    pub fn computed(&self) -> Option<&Block> {
+        self.computed.as_deref()
+    }
+
+    /// Gives words the values of their expressions; those that have none are left out.
+    fn give_values(&mut self, block: &Block, computed: &mut Block) {
+        self.left_out.clear();
+        for (place, formula) in block.values() {
+            let Some(word) = block.words().get(usize::from(*place)) else { continue };
+            match self.parameters.value(block.code(*formula), &self.executor) {
+                Ok(value) if is_empty(value) => self.left_out.push(*place),
+                Ok(value) if plain(value).abs() > WORD_MAX => {
+                    let message = format!("{value} is beyond {WORD_MAX}");
+                    self.faults.push(Fault::word(&rules::BAD_NUMBER, word, message));
+                    self.left_out.push(*place);
+                }
+                Ok(value) => computed.give_value(*place, plain(value)),
+                Err(error) => {
+                    self.faults.push(fault(error, word.start, word.end));
+                    self.left_out.push(*place);
+                }
+            }
+        }
+        if !self.left_out.is_empty() {
+            computed.leave_out(&self.left_out);
+        }
+    }
+
+    /// Sets parameters: all right sides first. Tells whether that raises an alarm.
+    pub fn set(&mut self, block: &Block, place: Place<'_>) -> bool {
+        self.to_set.clear();
+        for assignment in block.assignments() {
+            let number = block.code(assignment.number);
+            let target = self.parameters.target(&assignment.target, number, &self.executor);
+            let value = self.parameters.value(block.code(assignment.value), &self.executor);
+            let (start, end) = (assignment.start, assignment.end);
+            // What has no value is set all the same: one fault shall not make others.
+            let value = value.unwrap_or_else(|error| {
+                self.faults.push(fault(error, start, end));
+                0.0
+            });
+            match target {
+                Ok(target) => self.to_set.push((target, value)),
+                Err(error) => self.faults.push(fault(error, start, end)),
+            }
+        }
+        let mut alarm = false;
+        for (at, (target, value)) in self.to_set.iter().enumerate() {
+            let assignment = block.assignments().get(at);
+            let (start, end) = assignment.map_or((0, 1), |set| (set.start, set.end));
+            match self.parameters.set(target, *value) {
+                Ok(Set::Done) => {}
+                Ok(Set::Alarm(number)) => {
+                    alarm = true;
+                    let text = comment(place.text);
+                    let message = format!("the program raises alarm {}{text}", plain(number));
+                    self.faults.push(Fault::new(&rules::ALARM, start, end, message));
+                }
+                Err(error) => self.faults.push(fault(error, start, end)),
+            }
+        }
+        alarm
+    }
+
+    /// The value of an expression of a statement, or what is wrong with it.
+    pub fn number(&mut self, block: &Block, formula: Formula) -> Option<f64> {
+        match self.parameters.number(block.code(formula), &self.executor) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let (start, end) = block.extent();
+                self.faults.push(fault(error, start, end));
+                None
+            }
+        }
+    }
+
+    /// The values of arguments.
+    pub fn arguments(&mut self, block: &Block, formulas: &[Formula]) -> Vec<(u32, f64)> {
+        let mut arguments = Vec::with_capacity(formulas.len());
+        for (number, formula) in (1..).zip(formulas) {
+            arguments.push((number, self.number(block, *formula).unwrap_or_default()));
+        }
+        arguments
+    }
+
+    /// Says what a comment says to the operator.
+    pub fn say(&mut self, message: Message, place: Place<'_>) {
+        if self.travel.is_none() {
+            return;
+        }
+        let bytes = place.text.get(message.start as usize..message.end as usize);
+        let text = String::from_utf8_lossy(bytes.unwrap_or_default());
+        let text = match message.kind {
+            MessageKind::Message => text.trim().to_owned(),
+            MessageKind::Debug | MessageKind::Print => {
+                self.parameters.filled_in(text.trim(), &self.executor)
+            }
+        };
+        self.findings.messages += 1;
+        if self.said.len() < self.findings.max() {
+            let file = place.file.map(str::to_owned);
+            self.said.push(Said { line: place.line, file, kind: message.kind, text });
+        }
+    }
+
+    /// Holds what a block has made against the machine's travel and a day's time, while the
+    /// program is checked.
+    fn judge(&mut self, motions: &[Motion], block: &Block, place: Place<'_>) {
+        let Some(travel) = &mut self.travel else { return };
+        let open = self.executor.open_axes();
+        for motion in motions {
+            if let Motion::Move(step) = motion {
+                travel.add(step, block, place, open);
+                if open.is_empty() {
+                    self.faults.extend(too_slow(step, block));
+                }
+            }
+        }
+    }
+
+    /// Reports what is wrong with the line at hand; `once`: it may be run again.
+    pub fn report(&mut self, place: Place<'_>, once: bool) {
+        if self.faults.is_empty() {
+            return;
+        }
+        if once {
+            self.findings.take_once(&mut self.faults, place);
+        } else {
+            self.findings.take(&mut self.faults, place);
+        }
+    }
+}
+
+/// What a block with G65 asks for.
+fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
+    let is_other = |word: &&Word| match word.letter {
+        b'G' => word.value != 65.0,
+        b'O' => true,
+        _ => false,
+    };
+    if let Some(word) = block.words().iter().find(is_other) {
+        let message = format!("{word} stands beside a macro call");
+        let fault = Fault::word(&rules::CALL_ALONE, word, message);
+        faults.push(fault.help("put it into a block of its own"));
+        return Flow::Next;
+    }
+    match subprogram_flow(block, faults) {
+        Flow::Call { number, repeats } => Flow::MacroCall { number, repeats },
+        flow => flow,
+    }
+}
+
+fn fault(error: NoValue, start: u32, end: u32) -> Fault {
+    let fault = Fault::new(error.rule, start, end, error.message);
+    match error.help {
+        Some(help) => fault.help(help),
+        None => fault,
+    }
+}
+
+/// The comment on a line, as an alarm shows it.
+fn comment(line: &[u8]) -> String {
+    let text = String::from_utf8_lossy(line);
+    let inside = text.split_once('(').and_then(|(_, rest)| rest.split_once(')'));
+    inside.map_or(String::new(), |(comment, _)| format!(": {}", comment.trim()))
+}

@@ -1,0 +1,515 @@
+//! Parameters: `#1`, `#<name>`, `#<_global>`, what calls make of them, and what expressions
+//! amount to.
+//!
+//! A parameter that nothing has set has no value. Two marks tell this in a value: [`EMPTY`] is
+//! that of `#0`, and in the dialect `fanuc` that of every parameter that is not set; [`UNSET`] is
+//! that of such a parameter in all others, where it counts as 0 (RS274/NGC).
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use crate::gcode::rules::{self, Rule};
+use crate::gcode::{Binary, Block, Function, Step};
+
+use super::Dialect;
+use super::execute::Executor;
+
+/// No value at all: a word that has it is left out.
+pub(super) const EMPTY: f64 = f64::from_bits(0x7ff8_0000_0000_0001);
+
+/// A parameter that is not set: 0, but where it is compared with no value.
+const UNSET: f64 = f64::from_bits(0x7ff8_0000_0000_0002);
+
+/// Parameters of RS274/NGC end here.
+const NUMBER_MAX: u32 = 5602;
+
+/// From here on parameters are the control's own (RS274/NGC); probe results are the first.
+const SYSTEM_FIRST: u32 = 5061;
+
+/// Parameters from 1 that every call by an O word has for itself, and by G65.
+const CALL_LOCALS: usize = 30;
+const MACRO_LOCALS: usize = 33;
+
+/// What differs by no more is equal (EQ, NE).
+const EQUAL_WITHIN: f64 = 1e-6;
+
+/// The parameter that raises an alarm.
+const ALARM: u32 = 3000;
+
+/// Why an expression has no value.
+#[derive(Debug)]
+pub(super) struct NoValue {
+    pub rule: &'static Rule,
+    pub message: String,
+    pub help: Option<&'static str>,
+}
+
+type Value = Result<f64, NoValue>;
+
+fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
+    Err(NoValue { rule, message: message.into(), help: None })
+}
+
+/// What is to be set: a parameter, found before anything of its line is set.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Target {
+    Number(u32),
+    Name(Rc<str>),
+}
+
+/// What setting a parameter has done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Set {
+    Done,
+    Alarm(f64),
+}
+
+/// What a call puts aside.
+#[derive(Debug)]
+struct Scope {
+    numbered: Vec<f64>,
+    named: HashMap<Rc<str>, f64>,
+}
+
+/// All parameters of a run.
+#[derive(Debug)]
+pub(super) struct Parameters {
+    dialect: Dialect,
+    numbered: Vec<f64>,
+    globals: HashMap<Rc<str>, f64>,
+    named: HashMap<Rc<str>, f64>,
+    scopes: Vec<Scope>,
+    stack: Vec<f64>,
+}
+
+impl Parameters {
+    pub fn new(dialect: Dialect) -> Parameters {
+        Parameters {
+            dialect,
+            numbered: Vec::new(),
+            globals: HashMap::new(),
+            named: HashMap::new(),
+            scopes: Vec::new(),
+            stack: Vec::new(),
+        }
+    }
+
+    /// Begins a call: arguments become `#1` and so on, or what the letters of G65 stand for.
+    pub fn enter(&mut self, arguments: &[(u32, f64)], is_macro: bool) {
+        self.reserve();
+        let count = if is_macro { MACRO_LOCALS } else { CALL_LOCALS };
+        let locals = &mut self.numbered[1..=count];
+        let numbered = locals.to_vec();
+        locals.fill(UNSET);
+        for (number, value) in arguments {
+            if let Some(local) = (*number as usize).checked_sub(1).and_then(|at| locals.get_mut(at))
+            {
+                *local = *value;
+            }
+        }
+        let named = std::mem::take(&mut self.named);
+        self.scopes.push(Scope { numbered, named });
+    }
+
+    /// Ends a call.
+    pub fn leave(&mut self) {
+        if let Some(scope) = self.scopes.pop() {
+            self.numbered[1..=scope.numbered.len()].copy_from_slice(&scope.numbered);
+            self.named = scope.named;
+        }
+    }
+
+    /// Sets what a subprogram gives back: `#<_value>`, and whether there is one.
+    pub fn give_back(&mut self, value: Option<f64>) {
+        self.globals.insert(Rc::from("_value"), value.unwrap_or(0.0));
+        self.globals.insert(Rc::from("_value_returned"), f64::from(u8::from(value.is_some())));
+    }
+
+    fn reserve(&mut self) {
+        if self.numbered.is_empty() {
+            self.numbered = vec![UNSET; NUMBER_MAX as usize + 1];
+        }
+    }
+
+    /// Sets a parameter.
+    pub fn set(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
+        match target {
+            Target::Name(name) if name.starts_with('_') => {
+                self.globals.insert(Rc::clone(name), value);
+            }
+            Target::Name(name) => {
+                self.named.insert(Rc::clone(name), value);
+            }
+            Target::Number(number) => return self.set_number(*number, value),
+        }
+        Ok(Set::Done)
+    }
+
+    fn set_number(&mut self, number: u32, value: f64) -> Result<Set, NoValue> {
+        let raises = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
+        if number == ALARM && raises {
+            return Ok(Set::Alarm(value));
+        }
+        if number == 0 {
+            return refuse(&rules::BAD_PARAMETER, "#0 has no value, and cannot be set");
+        }
+        self.range(number)?;
+        if number >= SYSTEM_FIRST {
+            return refuse(
+                &rules::BAD_PARAMETER,
+                format!("#{number} is the control's own: setting it is not supported"),
+            );
+        }
+        self.reserve();
+        self.numbered[number as usize] = if value.is_nan() { UNSET } else { value };
+        Ok(Set::Done)
+    }
+
+    fn range(&self, number: u32) -> Result<(), NoValue> {
+        if self.dialect == Dialect::Fanuc && number >= 1000 {
+            let message = format!("the system variable #{number} is not supported");
+            return refuse(&rules::BAD_PARAMETER, message);
+        }
+        if number > NUMBER_MAX {
+            let message = format!("there is no parameter #{number}: the last is #{NUMBER_MAX}");
+            return refuse(&rules::BAD_PARAMETER, message);
+        }
+        Ok(())
+    }
+
+    fn numbered(&self, number: u32, executor: &Executor<'_>) -> Value {
+        if number == 0 {
+            return Ok(EMPTY);
+        }
+        self.range(number)?;
+        if number >= SYSTEM_FIRST {
+            return executor.parameter(number).map_or_else(
+                || {
+                    let message = format!("#{number} is the control's own, and not supported");
+                    refuse(&rules::BAD_PARAMETER, message)
+                },
+                Ok,
+            );
+        }
+        let value = self.numbered.get(number as usize).copied().unwrap_or(UNSET);
+        Ok(if value.is_nan() && self.dialect == Dialect::Fanuc { EMPTY } else { value })
+    }
+
+    fn find(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
+        if name.starts_with('_') {
+            let depth = self.scopes.len() as f64;
+            let own = || if name == "_call_level" { Some(depth) } else { executor.named(name) };
+            self.globals.get(name).copied().or_else(own)
+        } else {
+            self.named.get(name).copied()
+        }
+    }
+
+    fn named(&self, name: &str, executor: &Executor<'_>) -> Value {
+        self.find(name, executor).ok_or_else(|| NoValue {
+            rule: &rules::UNSET_PARAMETER,
+            message: format!("#<{name}> is read here, and nothing has set it"),
+            help: Some(
+                "set it before; names that begin with _ are global, all others of their subprogram",
+            ),
+        })
+    }
+
+    /// The number of a parameter that a value stands for.
+    fn number_of(value: f64) -> Result<u32, NoValue> {
+        // As RS274/NGC: what is nearly whole is.
+        let whole = plain(value).round();
+        if (plain(value) - whole).abs() > 1e-4 || !(0.0..=f64::from(u32::MAX)).contains(&whole) {
+            let message = format!("there is no parameter #{}", plain(value));
+            return refuse(&rules::BAD_PARAMETER, message);
+        }
+        Ok(whole as u32)
+    }
+
+    /// The parameter that a line sets.
+    pub fn target(
+        &mut self,
+        step: &Step,
+        code: &[Step],
+        executor: &Executor<'_>,
+    ) -> Result<Target, NoValue> {
+        match step {
+            Step::Parameter(number) => Ok(Target::Number(*number)),
+            Step::Named(name) => Ok(Target::Name(Rc::clone(name))),
+            _ => Ok(Target::Number(Self::number_of(self.value(code, executor)?)?)),
+        }
+    }
+
+    /// The value of an expression: a number, [`EMPTY`] or [`UNSET`].
+    pub fn value(&mut self, code: &[Step], executor: &Executor<'_>) -> Value {
+        match code {
+            [Step::Number(value)] => return Ok(*value),
+            [Step::Parameter(number)] => return self.numbered(*number, executor),
+            _ => {}
+        }
+        let mut stack = std::mem::take(&mut self.stack);
+        stack.clear();
+        let value = self.run(code, &mut stack, executor);
+        self.stack = stack;
+        value
+    }
+
+    /// The value of an expression, where having none counts as 0.
+    pub fn number(&mut self, code: &[Step], executor: &Executor<'_>) -> Value {
+        self.value(code, executor).map(plain)
+    }
+
+    fn run(&self, code: &[Step], stack: &mut Vec<f64>, executor: &Executor<'_>) -> Value {
+        for step in code {
+            // The reader of expressions puts no step where its values are missing.
+            let mut take = || stack.pop().unwrap_or_default();
+            let value = match step {
+                Step::Number(value) => *value,
+                Step::Parameter(number) => self.numbered(*number, executor)?,
+                Step::Indirect => self.numbered(Self::number_of(take())?, executor)?,
+                Step::Named(name) => self.named(name, executor)?,
+                Step::Exists(name) => truth(self.find(name, executor).is_some()),
+                Step::Negate => -plain(take()),
+                Step::Function(function) => self.function(*function, plain(take()))?,
+                Step::Binary(operator) => {
+                    let (second, first) = (take(), take());
+                    self.binary(*operator, first, second)?
+                }
+            };
+            stack.push(value);
+        }
+        Ok(stack.pop().unwrap_or_default())
+    }
+
+    fn function(&self, function: Function, x: f64) -> Value {
+        let is_fanuc = self.dialect == Dialect::Fanuc;
+        let value = match function {
+            Function::Abs => x.abs(),
+            Function::Acos if x.abs() <= 1.0 => x.acos().to_degrees(),
+            Function::Asin if x.abs() <= 1.0 => x.asin().to_degrees(),
+            Function::Cos => x.to_radians().cos(),
+            Function::Exp => x.exp(),
+            Function::Fix if is_fanuc => x.trunc(),
+            Function::Fix => x.floor(),
+            Function::Fup if is_fanuc => x.abs().ceil().copysign(x),
+            Function::Fup => x.ceil(),
+            Function::Ln if x > 0.0 => x.ln(),
+            Function::Round => x.round(),
+            Function::Sin => x.to_radians().sin(),
+            Function::Sqrt if x >= 0.0 => x.sqrt(),
+            Function::Tan => x.to_radians().tan(),
+            Function::Acos | Function::Asin | Function::Ln | Function::Sqrt => f64::NAN,
+        };
+        if value.is_finite() {
+            return Ok(value);
+        }
+        refuse(&rules::ARITHMETIC, format!("{}[{x}] has no value", function.name()))
+    }
+
+    fn binary(&self, operator: Binary, first: f64, second: f64) -> Value {
+        let (a, b) = (plain(first), plain(second));
+        let bits = |combine: fn(i64, i64) -> i64, logic: fn(bool, bool) -> bool| {
+            if self.dialect == Dialect::Fanuc {
+                combine(a as i64, b as i64) as f64
+            } else {
+                truth(logic(a != 0.0, b != 0.0))
+            }
+        };
+        let value = match operator {
+            Binary::Power if a < 0.0 && b.fract() != 0.0 => f64::NAN,
+            Binary::Power => a.powf(b),
+            Binary::Times => a * b,
+            Binary::Divide if b == 0.0 => {
+                return refuse(&rules::ARITHMETIC, format!("{a} is divided by zero"));
+            }
+            Binary::Divide => a / b,
+            Binary::Modulo if b == 0.0 => f64::NAN,
+            Binary::Modulo => a.rem_euclid(b),
+            Binary::Plus => a + b,
+            Binary::Minus => a - b,
+            Binary::Equal => truth(equal(first, second)),
+            Binary::NotEqual => truth(!equal(first, second)),
+            Binary::Greater => truth(a > b),
+            Binary::GreaterOrEqual => truth(a >= b),
+            Binary::Less => truth(a < b),
+            Binary::LessOrEqual => truth(a <= b),
+            Binary::And => bits(|a, b| a & b, |a, b| a && b),
+            Binary::Or => bits(|a, b| a | b, |a, b| a || b),
+            Binary::Xor => bits(|a, b| a ^ b, |a, b| a != b),
+            Binary::Atan => a.atan2(b).to_degrees(),
+        };
+        if value.is_finite() {
+            return Ok(value);
+        }
+        refuse(&rules::ARITHMETIC, format!("[{a} {} {b}] has no value", operator.name()))
+    }
+
+    /// A message with the values of the parameters it names, as DEBUG and PRINT show it.
+    pub fn filled_in(&self, text: &str, executor: &Executor<'_>) -> String {
+        let mut filled = String::with_capacity(text.len());
+        let mut rest = text;
+        while let Some(at) = rest.find('#') {
+            filled.push_str(&rest[..at]);
+            rest = &rest[at..];
+            let (value, end) = if let Some(end) = rest.find('>').filter(|_| rest.starts_with("#<"))
+            {
+                (
+                    self.find(&rest[2..end].to_lowercase().replace([' ', '\t'], ""), executor),
+                    end + 1,
+                )
+            } else {
+                let digits = rest[1..].bytes().take_while(u8::is_ascii_digit).count();
+                let number = rest[1..=digits].parse().ok();
+                (number.and_then(|number| self.numbered(number, executor).ok()), 1 + digits)
+            };
+            match value {
+                Some(value) => filled.push_str(&plain(value).to_string()),
+                None => filled.push_str(&rest[..end]),
+            }
+            rest = &rest[end..];
+        }
+        filled.push_str(rest);
+        filled
+    }
+}
+
+/// A value as a number: having none counts as 0.
+pub(super) fn plain(value: f64) -> f64 {
+    if value.is_nan() { 0.0 } else { value }
+}
+
+/// Whether a word of this value is left out.
+pub(super) fn is_empty(value: f64) -> bool {
+    value.to_bits() == EMPTY.to_bits()
+}
+
+fn truth(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
+/// No value equals no value only; a parameter that is not set equals both that and 0.
+fn equal(a: f64, b: f64) -> bool {
+    if is_empty(a) || is_empty(b) {
+        return a.is_nan() && b.is_nan();
+    }
+    (plain(a) - plain(b)).abs() < EQUAL_WITHIN
+}
+
+/// The parameters that the words of G65 set: list I of macro B.
+pub(super) fn arguments(block: &Block) -> Vec<(u32, f64)> {
+    // By letter from A: G L N O P are words of the call itself.
+    const NUMBERS: [u32; 26] =
+        [1, 2, 3, 7, 8, 9, 0, 11, 4, 5, 6, 0, 13, 0, 0, 0, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26];
+    let number = |letter: u8| NUMBERS[usize::from(letter - b'A')];
+    let words = block.words().iter().map(|word| (number(word.letter), word.value));
+    words.filter(|(number, _)| *number > 0).collect()
+}
+
+/// Whether a block is a macro call: G65 with its P.
+pub(super) fn is_macro_call(block: &Block) -> bool {
+    block.has(b'P') && block.words().iter().any(|word| word.letter == b'G' && word.value == 65.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Machine;
+    use crate::gcode::{Fault, parse};
+
+    fn check(dialect: Dialect, text: &str, expected: Result<f64, &str>) {
+        let machine = Machine::load("ideal").unwrap();
+        let executor = Executor::new(&machine, &crate::interp::Options::default());
+        let mut parameters = Parameters::new(dialect);
+        parameters.set(&Target::Number(1), 7.0).unwrap();
+        parameters.set(&Target::Number(7), 49.0).unwrap();
+        parameters.set(&Target::Name(Rc::from("name")), 3.0).unwrap();
+        let (mut block, mut faults) = (Block::default(), Vec::<Fault>::new());
+        parse(format!("X[{text}]").as_bytes(), &mut block, &mut faults);
+        assert!(faults.is_empty(), "{text}: {faults:?}");
+        let code = block.code(block.values()[0].1);
+        let found = parameters.number(code, &executor).map_err(|error| error.rule.name);
+        match (found, expected) {
+            (Ok(found), Ok(expected)) => {
+                assert!((found - expected).abs() < 1e-12, "{text}: {found}, not {expected}");
+            }
+            (found, expected) => assert_eq!(found, expected, "{text}"),
+        }
+    }
+
+    #[test]
+    fn expressions_have_the_values_of_rs274() {
+        for (text, expected) in [
+            ("-2**2", 4.0),
+            ("2**3**2", 64.0),
+            ("-7 MOD 3", 2.0),
+            ("7 MOD -3", 1.0),
+            ("FIX[-1.5]", -2.0),
+            ("FUP[-1.5]", -1.0),
+            ("ROUND[-2.5]", -3.0),
+            ("1 EQ 1.0000009", 1.0),
+            ("1 EQ 1.000002", 0.0),
+            ("1 NE 1.0000009", 0.0),
+            ("ATAN[1]/[-1]", 135.0),
+            ("SIN[30]+COS[60]", 1.0),
+            ("LN[EXP[2]]", 2.0),
+            ("SQRT[16]-ABS[-1]", 3.0),
+            ("ASIN[1]+ACOS[0]", 180.0),
+            ("##1+#[#1]", 98.0),
+            ("#<name>*#500", 0.0),
+            ("EXISTS[#<name>]+EXISTS[#<other>]", 1.0),
+            ("2 AND 0 OR 5 XOR 0", 1.0),
+            ("#2 EQ #0", 1.0),
+            ("#2 EQ 0", 1.0),
+            ("0 EQ #0", 0.0),
+            ("#1 NE #0", 1.0),
+            ("#5420 + #<_metric>", 1.0),
+        ] {
+            check(Dialect::Iso, text, Ok(expected));
+        }
+        for (text, expected) in [
+            ("FIX[-1.5]", -1.0),
+            ("FUP[-1.5]", -2.0),
+            ("6 AND 3", 2.0),
+            ("#2 EQ #0", 1.0),
+            ("#2 EQ 0", 0.0),
+            ("#2 + 1", 1.0),
+        ] {
+            check(Dialect::Fanuc, text, Ok(expected));
+        }
+    }
+
+    #[test]
+    fn what_has_no_value_is_an_error() {
+        for (text, rule) in [
+            ("1/0", "arithmetic"),
+            ("1 MOD 0", "arithmetic"),
+            ("SQRT[-1]", "arithmetic"),
+            ("LN[0]", "arithmetic"),
+            ("ASIN[1.1]", "arithmetic"),
+            ("ACOS[-2]", "arithmetic"),
+            ("EXP[1000]", "arithmetic"),
+            ("[-8]**[1/3]", "arithmetic"),
+            ("0**-1", "arithmetic"),
+            ("10**300*10**300", "arithmetic"),
+            ("#<other>", "unset-parameter"),
+            ("#[1/2]", "bad-parameter"),
+            ("#[0-1]", "bad-parameter"),
+            ("#6000", "bad-parameter"),
+            ("#5061", "bad-parameter"),
+        ] {
+            check(Dialect::Iso, text, Err(rule));
+        }
+        check(Dialect::Fanuc, "#5001", Err("bad-parameter"));
+    }
+
+    #[test]
+    fn a_message_shows_values() {
+        let machine = Machine::load("ideal").unwrap();
+        let executor = Executor::new(&machine, &crate::interp::Options::default());
+        let mut parameters = Parameters::new(Dialect::Iso);
+        parameters.set(&Target::Number(12), 1.5).unwrap();
+        parameters.set(&Target::Name(Rc::from("ab")), 2.0).unwrap();
+        let text = parameters.filled_in("#12 is #<A b>, #<c> # #99999999999 \u{e9}#", &executor);
+        assert_eq!(text, "1.5 is 2, #<c> # #99999999999 \u{e9}#");
+    }
+}

@@ -1,0 +1,272 @@
+//! Parameters, loops, branches and calls: what programs with them mean, and that nothing that they
+//! say makes a run that does not end.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+use assert_cmd::Command;
+use cnc::base::{Axis, Machine, Source};
+use cnc::interp::{self, Checked, Dialect, Motion, Options};
+use proptest::prelude::*;
+
+fn options() -> Options {
+    Options { max_passes: Some(1000), ..Options::default() }
+}
+
+fn check_with(text: &str, options: &Options) -> Checked {
+    let source = Source::memory("test.nc", text.as_bytes());
+    interp::check(&source, &Machine::load("ideal").unwrap(), options, 100).unwrap()
+}
+
+/// Positions in X Y Z, a text each, as `1,2,0`.
+fn positions_with(text: &str, options: &Options) -> Vec<String> {
+    let source = Source::memory("test.nc", text.as_bytes());
+    let machine = Machine::load("ideal").unwrap();
+    let motions = interp::motions(&source, &machine, options);
+    let moves = motions.filter_map(|motion| match motion.unwrap() {
+        Motion::Move(step) => Some(step.to),
+        Motion::Event(_) => None,
+    });
+    // Six decimals: what rounding adds to a sum is far below.
+    let number = |value: f64| ((value * 1e6).round() / 1e6 + 0.0).to_string();
+    moves.map(|to| Axis::LINEAR.map(|axis| number(to[axis])).join(",")).collect()
+}
+
+fn positions(text: &str) -> Vec<String> {
+    let checked = check_with(text, &options());
+    assert_eq!(checked.errors, 0, "{text}: {:?}", checked.diagnostics);
+    positions_with(text, &options())
+}
+
+/// Rules that a program breaks, as `rule line:column`.
+fn findings(checked: &Checked) -> Vec<String> {
+    let show = |found: &cnc::base::Diagnostic| {
+        format!("{} {}:{}", found.rule, found.span.line, found.column())
+    };
+    checked.diagnostics.iter().map(show).collect()
+}
+
+#[test]
+fn programs_go_where_they_say() {
+    for (text, expected) in [
+        ("o1 do\no1 break\no1 while [1]\nG0 X1\nM2", &["1,0,0"][..]),
+        (
+            "o1 repeat [2]\nG91 G0 X1\no1 endrepeat\no2 repeat [0]\nX9\no2 endrepeat\nM2",
+            &["1,0,0", "2,0,0"],
+        ),
+        ("GOTO 10\nG0 X5\nN10 G0 X1\nM30", &["1,0,0"]),
+        // A GOTO looks behind itself first, then from the beginning on.
+        (
+            "N1 G0 X1\nIF [#1 EQ 1] GOTO 9\n#1=1\nGOTO 1\nN1 G0 X2\nM30\nN9 G0 X3\nM30",
+            &["1,0,0", "2,0,0"],
+        ),
+        // Behind an M30 too, and not in other programs.
+        ("O1\nGOTO 7\nM30\nN7 G0 X7\nM30\nO2\nN7 G0 X8\nM99", &["7,0,0"]),
+        ("WHILE [1] DO1\nIF [#1 GT 3] GOTO 5\n#1=#1+1\nEND1\nN5 G0 X#1\nM30", &["4,0,0"]),
+        ("M98 P5\nN7 G0 X3\nM30\nN9 G0 X9\nM30\nO5\nM99 P9", &["9,0,0"]),
+        ("o1 call [2]\nM2\no1 sub\nG0 X#1\no1 endsub", &["2,0,0"]),
+        // A subprogram of M98 has the parameters of its caller, those of others their own.
+        ("#1=1\nM98 P5\nG0 X#1\nM30\nO5\n#1=2\nM99", &["2,0,0"]),
+        ("#1=1\nG65 P5 A7\nG0 X#1\nM30\nO5\nG0 Y#1\n#1=2\nM99", &["0,7,0", "1,7,0"]),
+        ("G0 X--#1 Y1\nM30".replace("--", "-").as_str(), &["0,1,0"]),
+        ("N1 #1=1 G0 X#1\n#1=#1+1 #2=#1\nX#2\nM30", &["0,0,0", "1,0,0"]),
+        (
+            "o1 sub\no2 if [#1 GT 3]\no1 return [#1]\no2 endif\no1 call [#1+1]\no1 endsub [#<_value>]\no1 call [1]\nG0 X#<_value>\nM2",
+            &["4,0,0"],
+        ),
+        ("G[#1] X[2]\nM[30]", &["2,0,0"]),
+    ] {
+        assert_eq!(positions(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn dialects_decide_where_meanings_clash() {
+    for (text, dialect, expected) in [
+        ("G0 X5\nX#1 Y2\nM30", Dialect::Iso, &["5,0,0", "0,2,0"][..]),
+        ("G0 X5\nX#1 Y2\nM30", Dialect::Fanuc, &["5,0,0", "5,2,0"]),
+        ("G0 X5\nX#0 Y2\nM30", Dialect::Iso, &["5,0,0", "5,2,0"]),
+        ("M98 P20002\nM30\nO2\nG91 G0 X1\nM99", Dialect::Fanuc, &["1,0,0", "2,0,0"]),
+        ("#3000=1 (X)\nG0 X#3000\nM30", Dialect::LinuxCnc, &["1,0,0"]),
+    ] {
+        let options = Options { dialect, ..options() };
+        assert_eq!(check_with(text, &options).errors, 0, "{text}");
+        assert_eq!(positions_with(text, &options), expected, "{text}");
+    }
+    let options = Options { block_delete: true, ..options() };
+    assert_eq!(positions_with("/G0 X1\n/o1 while [1]\nG0 X2\nM30", &options), ["2,0,0"]);
+}
+
+#[test]
+fn faults_of_control_flow_are_told_once_each() {
+    for (text, expected) in [
+        ("o1 endsub\nM2", &["unmatched-flow 1:1"][..]),
+        ("o1 break\nM2", &["unmatched-flow 1:1"]),
+        ("o1 if [1]\nG0 X1\no2 endif\no1 endif\nM2", &["unmatched-flow 3:1"]),
+        ("o1 repeat [2]\nG0 X1", &["unmatched-flow 1:1"]),
+        ("o1 sub\nG0 X1", &["unmatched-flow 1:1"]),
+        ("o1 while [\nG0 X1\no1 endwhile\nM30", &["expression 1:1"]),
+        ("o1 if [1]\no2 if [\nG0 X1\no2 endif\no1 endif\nM30", &["expression 2:1"]),
+        ("o1 sub\nG0 X[2\no1 endsub\nM2", &["expression 2:4"]),
+        ("N10 G0 X1\nGOTO 10\nM30", &["max-passes 2:1"]),
+        ("o1 while [1]\n o1 continue\no1 endwhile\nM2", &["max-passes 3:1"]),
+        (
+            "o1 while [#1 LT 5]\nG0 X[1/0] Y#<a>\n#1=[#1+1]\no1 endwhile\nM2",
+            &["arithmetic 2:4", "unset-parameter 2:11"],
+        ),
+        ("G90 G65 P1\nM30\nO1\nM99", &["call-alone 1:1"]),
+        ("#1=#<a> #<b>=#<a>\nG0 X#<b>\nM30", &["unset-parameter 1:1", "unset-parameter 1:9"]),
+    ] {
+        assert_eq!(findings(&check_with(text, &options())), expected, "{text}");
+    }
+}
+
+#[test]
+fn what_a_program_says_is_told_with_the_values_it_had() {
+    let text = "(PRINT, a#1b #<_y> #<q>)\n(msg, #1) G0 Y1.5\n(DEBUG,#1) #1=5\nM30";
+    let said = check_with(text, &options()).said;
+    let said: Vec<_> = said.iter().map(|said| (said.line, said.text.as_str())).collect();
+    assert_eq!(said, [(1, "a0b 0 #<q>"), (2, "#1"), (3, "5")]);
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    fs::write(folder.join(name), text).unwrap();
+}
+
+#[test]
+fn subprograms_in_files_are_read_below_the_folders_given_and_nowhere_else() {
+    let root = tempfile::tempdir().unwrap();
+    let (own, other) = (root.path().join("own"), root.path().join("other"));
+    fs::create_dir_all(own.join("sub")).unwrap();
+    fs::create_dir_all(&other).unwrap();
+    write(&own, "main.nc", "o<hole> call [3]\no<sub/low> call\nM98 P77\no<deep> call\nM30\n");
+    write(
+        &own,
+        "hole.ngc",
+        "o<hole> sub\nG0 X#1\no<own> call\no<hole> endsub\no<own> sub\nY1\no<own> endsub\n",
+    );
+    write(&own.join("sub"), "low.nc", "o<sub/low> sub\nZ1\no<sub/low> endsub\nM2\n");
+    write(&own, "O0077.nc", "%\nO0077\nX4\nM99\n%\n");
+    write(&other, "deep.ngc", "o<deep> sub\nX5\no<deep> endsub\n");
+    let program = own.join("main.nc");
+    let source = Source::open(&program).unwrap();
+    let machine = Machine::load("ideal").unwrap();
+    let run = |folders: &[&Path]| {
+        let folders = folders.iter().map(|folder| folder.to_path_buf()).collect();
+        interp::check(&source, &machine, &Options { folders, ..options() }, 100).unwrap()
+    };
+    assert_eq!(findings(&run(&[&own])), ["unknown-subprogram 4:1"]);
+    let checked = run(&[&own, &other]);
+    assert_eq!(findings(&checked), [""; 0]);
+    let names: Vec<_> = checked.inputs.iter().map(|input| input.0.as_str()).collect();
+    assert_eq!(names, ["hole.ngc", "sub/low.nc", "O0077.nc", "deep.ngc"]);
+    assert_eq!(checked.summary.moves, 5);
+    symlink(other.join("deep.ngc"), own.join("deep.ngc")).unwrap();
+    assert_eq!(findings(&run(&[&own])), ["outside-folder 4:1"]);
+    fs::remove_file(own.join("deep.ngc")).unwrap();
+    write(&other, "deep.ngc", "o<deep> sub\nX[1/0]\no<deep> endsub\n");
+    let found = run(&[&own, &other]).diagnostics;
+    assert_eq!((found[0].file.as_deref(), &found[0].calls[..]), (Some("deep.ngc"), &[4][..]));
+
+    // A dump names the files; it is refused once one of them has changed.
+    write(&other, "deep.ngc", "o<deep> sub\nX5\no<deep> endsub\n");
+    let (dump, include) = (own.join("part.csv"), other.to_str().unwrap());
+    let cnc = |words: &[&str]| {
+        let mut command = Command::cargo_bin("cnc").unwrap();
+        command.current_dir(&own).args(words).args(["--include", include]);
+        command.assert()
+    };
+    cnc(&["interpolate", "main.nc", "--csv", "-o", "part.csv"]).success();
+    assert!(fs::read_to_string(dump).unwrap().contains("sub/low.nc sha256:"));
+    cnc(&["verify", "main.nc", "part.csv"]).success();
+    write(&own, "O0077.nc", "%\nO0077\nX6\nM99\n%\n");
+    cnc(&["verify", "main.nc", "part.csv"]).code(1);
+}
+
+/// A program as a tree: moves, loops over it, and calls of it.
+#[derive(Clone, Debug)]
+enum Part {
+    Step(i8, i8),
+    Repeat(u8, Vec<Part>),
+    While(u8, Vec<Part>),
+    Call(u8, Vec<Part>),
+}
+
+fn parts() -> impl Strategy<Value = Vec<Part>> {
+    let step = (any::<i8>(), any::<i8>()).prop_map(|(x, y)| Part::Step(x, y));
+    let part = step.prop_recursive(3, 12, 4, |inner| {
+        let inner = proptest::collection::vec(inner, 0..4);
+        prop_oneof![
+            (0..4_u8, inner.clone()).prop_map(|(count, parts)| Part::Repeat(count, parts)),
+            (0..4_u8, inner.clone()).prop_map(|(count, parts)| Part::While(count, parts)),
+            (0..4_u8, inner).prop_map(|(count, parts)| Part::Call(count, parts)),
+        ]
+    });
+    proptest::collection::vec(part, 0..6)
+}
+
+/// Writes parts as loops and calls; subprograms are put behind the end.
+fn rolled(parts: &[Part], labels: &mut u32, text: &mut String, subs: &mut String) {
+    for part in parts {
+        *labels += 1;
+        let label = *labels;
+        match part {
+            Part::Step(x, y) => *text += &format!("X{x} Y[{y}]\n"),
+            Part::Repeat(count, parts) => {
+                *text += &format!("o{label} repeat [{count}]\n");
+                rolled(parts, labels, text, subs);
+                *text += &format!("o{label} endrepeat\n");
+            }
+            Part::While(count, parts) => {
+                *text += &format!("#<n{label}>=0\no{label} while [#<n{label}> LT {count}]\n");
+                rolled(parts, labels, text, subs);
+                *text += &format!("#<n{label}>=#<n{label}>+1\no{label} endwhile\n");
+            }
+            Part::Call(count, parts) => {
+                *text += &format!("M98 P{label} L{count}\n");
+                let mut body = format!("O{label}\n");
+                rolled(parts, labels, &mut body, subs);
+                *subs += &body;
+                *subs += "M99\n";
+            }
+        }
+    }
+}
+
+fn unrolled(parts: &[Part], text: &mut String) {
+    for part in parts {
+        match part {
+            Part::Step(x, y) => *text += &format!("X{x} Y{y}\n"),
+            Part::Repeat(count, parts) | Part::While(count, parts) | Part::Call(count, parts) => {
+                (0..*count).for_each(|_| unrolled(parts, text));
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn loops_and_calls_are_what_they_unroll_to(parts in parts()) {
+        let (mut text, mut flat, mut subs) = (String::from("G91 G0\n"), String::from("G91 G0\n"), String::new());
+        rolled(&parts, &mut 0, &mut text, &mut subs);
+        unrolled(&parts, &mut flat);
+        prop_assert_eq!(positions(&format!("{text}M30\n{subs}")), positions(&format!("{flat}M30\n")));
+    }
+
+    #[test]
+    fn no_control_flow_panics_or_runs_for_ever(
+        lines in proptest::collection::vec(
+            "o[12] (sub|endsub|call|return|if \\[#1\\]|elseif \\[#2\\]|else|endif|while \\[#1 LT 3\\]|endwhile|do|repeat \\[2\\]|endrepeat|break|continue)|#[12]=(#[12]\\+1|[0-3])|GOTO [12]|N[12]|IF\\[#1\\]GOTO[12]|WHILE\\[#2 LT 3\\]DO[12]|DO[12]|END[12]|G0 X#1|M98 P[12]|G65 P[12] A#2|O[12]|M99( P[12])?|M30|GR[12]|%",
+            0..25,
+        ),
+    ) {
+        let text = lines.join("\n");
+        let checked = check_with(&text, &options());
+        if checked.errors == 0 {
+            prop_assert_eq!(positions_with(&text, &options()).len() as u64, checked.summary.moves);
+        }
+    }
+}
