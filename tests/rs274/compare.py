@@ -11,6 +11,7 @@ import sys
 import tempfile
 
 import canon
+import macros
 import programs
 
 TOOLS = "T1 P1 D3 Z0\nT2 P2 D6 Z0\n"
@@ -61,7 +62,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rs274", type=pathlib.Path, required=True)
     parser.add_argument("--cnc", type=pathlib.Path, required=True)
-    parser.add_argument("--programs", type=int, default=200)
+    parser.add_argument("--programs", type=int, default=200, help="of each kind")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("files", nargs="*", type=pathlib.Path)
     arguments = parser.parse_args()
@@ -71,14 +72,15 @@ def main():
         (folder / "tool.tbl").write_text(TOOLS)
         work = [(file.resolve(), False) for file in arguments.files]
         for seed in range(arguments.seed, arguments.seed + arguments.programs):
-            file = folder / f"seed-{seed}.ngc"
-            file.write_text(programs.generate(seed))
-            work.append((file, True))
+            for kind in (programs, macros):
+                file = folder / f"{kind.__name__}-{seed}.ngc"
+                file.write_text(kind.generate(seed))
+                work.append((file, True))
         for file, generated in work:
             count = check(arguments, file, folder, generated)
             if count is not None:
                 compared, moves = compared + 1, moves + count
-    if compared < arguments.programs:
+    if compared < 2 * arguments.programs:
         sys.exit("fewer programs were compared than asked for")
     print(f"{compared} programs, {moves} moves: the same as rs274")
 
