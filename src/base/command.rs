@@ -63,6 +63,13 @@ pub enum EventKind {
     Dwell(f64),
 }
 
+impl EventKind {
+    /// Whether it lasts until somebody has done something at the machine.
+    pub fn waits_for_person(self) -> bool {
+        matches!(self, EventKind::M { code: 0 | 1 | 6 | 60, .. })
+    }
+}
+
 /// As in the dump's event column: `M3 S1200`, `M6 T2`, `S800`, `T1`, `G4 P0.5`, `G96 S200 D2500`.
 impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

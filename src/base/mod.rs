@@ -7,6 +7,7 @@ pub mod diagnostic;
 pub mod machine;
 pub mod plane;
 pub mod progress;
+pub mod rounding;
 pub mod source;
 
 pub use axis::{Axis, AxisMap, AxisSet, Point};

@@ -64,17 +64,6 @@ impl Source {
         self.name.rsplit('/').next().unwrap_or(&self.name)
     }
 
-    /// Length in bytes.
-    ///
-    /// # Errors
-    /// When the file cannot be asked.
-    pub fn len_bytes(&self) -> io::Result<u64> {
-        match &self.bytes {
-            Bytes::File(file) => Ok(file.metadata()?.len()),
-            Bytes::Memory(bytes) => Ok(bytes.len() as u64),
-        }
-    }
-
     /// Reads from an offset on. Readers of one source do not disturb each other.
     pub fn reader(&self, offset: u64) -> SourceReader {
         SourceReader { bytes: self.bytes.clone(), offset }

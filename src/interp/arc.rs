@@ -12,7 +12,7 @@ use crate::base::{Axis, Plane};
 use crate::gcode::{Block, Fault, Word, rules};
 
 /// Ends of an arc that are no further apart in the plane make a full circle (RS274/NGC).
-const FULL_CIRCLE_MM: f64 = 1e-8;
+pub const FULL_CIRCLE_MM: f64 = 1e-8;
 
 /// Radii below this are none.
 const RADIUS_MIN_MM: f64 = 1e-6;

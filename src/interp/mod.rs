@@ -31,6 +31,7 @@ mod tools;
 mod travel;
 mod words;
 
+pub use arc::FULL_CIRCLE_MM;
 pub use check::{Checked, Said, Summary, check};
 pub use motion::{Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};

@@ -7,7 +7,7 @@ mod segment;
 
 pub use segment::{Arc, AxisRate, Curve, PathItem, Segment};
 
-use crate::interp::{Motion, Move, MoveKind};
+use crate::interp::{FULL_CIRCLE_MM, Motion, Move, MoveKind};
 
 /// Turns motion into path, item by item; errors of the source pass through.
 pub fn segments<E>(
@@ -68,6 +68,3 @@ fn arc(step: &Move) -> Option<Arc> {
         sweep_rad,
     })
 }
-
-/// Ends of an arc that are no further apart in the plane make a full circle (RS-274/NGC).
-const FULL_CIRCLE_MM: f64 = 1e-8;

@@ -22,7 +22,7 @@ use corner::CornerGuard;
 use limits::{Bound, Limits};
 use ramp::Ramp;
 
-use crate::base::{Event, EventKind, Machine, Point};
+use crate::base::{Event, Machine, Point};
 use crate::path::{PathItem, Segment};
 
 /// How speed is planned.
@@ -163,7 +163,7 @@ impl<I> Planner<'_, I> {
     /// the nodes are idle while hands are in the machine.
     fn event(&mut self, event: Event) -> Planned {
         self.wait_for_boundary();
-        if waits_for_a_person(&event.kind) {
+        if event.kind.waits_for_person() {
             self.start_buffer();
         }
         Planned::Event(event)
@@ -272,9 +272,4 @@ impl<I> Planner<'_, I> {
             self.buffer_start = self.now.tick;
         }
     }
-}
-
-/// Whether an event lasts until somebody has done something at the machine.
-fn waits_for_a_person(event: &EventKind) -> bool {
-    matches!(event, EventKind::M { code: 0 | 1 | 6 | 60, .. })
 }

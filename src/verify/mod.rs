@@ -31,7 +31,7 @@ pub use self::report::{BlockError, Check, Place, Report, Verdict};
 
 use self::contour::Streams;
 use self::limits::Walk;
-use self::report::six_digits;
+use crate::base::rounding::six_digits;
 use crate::base::{Axis, AxisMap, Command, Machine};
 use crate::path::PathItem;
 

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::sweep::Death;
 use crate::base::Axis;
+use crate::base::rounding::six_digits;
 
 /// Everything that was found. Serialises to the document of `cnc verify --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -132,11 +133,6 @@ impl fmt::Display for Check {
         write!(f, ", allowed {}", six_digits(self.limit))?;
         self.note.as_ref().map_or(Ok(()), |note| write!(f, "; {note}"))
     }
-}
-
-/// Six decimals are nanometres: more would be noise.
-pub fn six_digits(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
 }
 
 fn rounded<S: serde::Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {

@@ -182,11 +182,6 @@ impl Job {
     }
 }
 
-/// Whether an event waits for a person: M0, M1, M6, M60.
-pub fn waits_for_person(kind: EventKind) -> bool {
-    matches!(kind, EventKind::M { code: 0 | 1 | 6 | 60, .. })
-}
-
 fn dwell_s(kind: EventKind) -> f64 {
     if let EventKind::Dwell(seconds) = kind { seconds } else { 0.0 }
 }
@@ -342,7 +337,7 @@ impl<'a> Cutter<'a> {
         self.check_rest(ticks, 0, base)?;
         self.check_rest(ticks, ticks.len(), base)?;
         for (at, event) in &events {
-            if waits_for_person(event.kind) {
+            if event.kind.waits_for_person() {
                 let event = event.clone();
                 return Err(JobError::PauseInside { buffer: number, event });
             }

@@ -16,7 +16,7 @@ mod order;
 mod report;
 
 pub use error::JobError;
-pub use job::{Buffer, Fill, Job, Step, waits_for_person};
+pub use job::{Buffer, Fill, Job, Step};
 pub use lint::lint;
 pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, Happening, Node, Run};

@@ -20,7 +20,7 @@ use std::collections::VecDeque;
 
 use crate::base::machine::Bus;
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
-use crate::wire::job::{self, Job, Step};
+use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
 use crate::wire::nodes::byte_ns;
 use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
@@ -408,7 +408,7 @@ impl Master {
     /// An event between buffers: all nodes are idle.
     fn event(&mut self, now_us: u64, event: Event) {
         self.progress.line = event.line;
-        if job::waits_for_person(event.kind) {
+        if event.kind.waits_for_person() {
             self.state = State::Paused;
             self.events.push_back(MasterEvent::Pause(event));
             return;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::ValueEnum;
+use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Machine};
 use cnc::interp::RunError;
 use cnc::step::Summary;
@@ -146,11 +147,6 @@ fn to_json(summary: &Summary, program: &Program) -> Value {
         "limits_met": limits,
         "warnings": warnings,
     })
-}
-
-/// To six decimals, below which sums of floats are noise.
-fn six_digits(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
 }
 
 fn warning(diagnostic: &cnc::base::Diagnostic) -> Value {

@@ -4,7 +4,7 @@ use std::io::{IsTerminal, stdin};
 
 use anyhow::anyhow;
 use cnc::base::{Event, Progress};
-use cnc::wire::{Job, Master, MasterEvent, waits_for_person};
+use cnc::wire::{Job, Master, MasterEvent};
 use cnc::wire_io::Operator;
 use rustix::event::{PollFd, PollFlags, Timespec};
 
@@ -39,7 +39,7 @@ impl Terminal {
 
     /// Refuses a job that would wait for a person who is not there.
     pub fn check_stops(&self, job: &Job) -> anyhow::Result<()> {
-        let stop = job.events().find(|event| waits_for_person(event.kind));
+        let stop = job.events().find(|event| event.kind.waits_for_person());
         match stop {
             Some(stop) if !self.ignore_stops && !self.can_ask => Err(anyhow!(
                 "line {}: {} waits for a person, and there is nobody to ask; --ignore-stops goes on",
