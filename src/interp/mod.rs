@@ -8,6 +8,7 @@
 mod arc;
 mod body;
 mod check;
+mod classify;
 mod compensate;
 mod compensation;
 mod cycles;

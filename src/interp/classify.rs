@@ -1,0 +1,131 @@
+//! Which codes a block holds, and whether they can stand together.
+
+use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op};
+use crate::gcode::{Block, Fault, letter_bit, rules};
+
+use super::execute::{Asked, Executor, MotionMode, motion_of};
+use super::offsets::claims_axes;
+use super::words::{conflict, go_together, unsupported};
+
+impl Executor<'_> {
+    /// Finds the codes of a block and what is wrong with them by themselves.
+    pub(super) fn check_codes(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        self.classify(block, faults);
+    }
+
+    /// Sorts the codes of a block into the order in which they are executed.
+    pub(super) fn classify(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Asked {
+        self.codes.clear();
+        let mut asked = Asked::default();
+        let mut groups = 0_u32;
+        for word in block.words() {
+            if !matches!(word.letter, b'G' | b'M') {
+                if word.letter == b'E' {
+                    let help = "numbers have no exponents: write all digits";
+                    let message = format!("{word} means nothing here");
+                    let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+                    faults.push(fault.help(help));
+                    asked.is_foreign = true;
+                }
+                continue;
+            }
+            let Some(code) = codes::find(word.letter, word.value) else {
+                faults.push(Fault::word(
+                    &rules::UNKNOWN_WORD,
+                    word,
+                    format!("there is no {word} in any dialect known here"),
+                ));
+                asked.is_foreign = true;
+                continue;
+            };
+            let bit = 1 << code.group as u32;
+            if groups & bit != 0 {
+                let is_rival =
+                    |rival: &Code| rival.group == code.group && !go_together(rival, code);
+                if let Some((rival, _)) = self.codes.iter().find(|(code, _)| is_rival(code)) {
+                    faults.push(conflict(rival, code, word));
+                    asked.is_faulty = true;
+                }
+            }
+            groups |= bit;
+            match code.op {
+                Some(op) => self.codes.push((code, op)),
+                None => {
+                    faults.push(unsupported(code, word));
+                    asked.is_foreign = true;
+                    self.is_shifted |= code.group.moves_coordinates();
+                    if code.group == Group::Motion {
+                        self.motion = MotionMode::Foreign;
+                    }
+                }
+            }
+        }
+        asked.is_faulty |= asked.is_foreign;
+        if self.codes.len() > 1 {
+            // G80 first: a motion code beside it begins after what it ends.
+            self.codes.sort_by_key(|(code, op)| (code.group, *op != Op::MotionOff));
+            asked.is_faulty |= self.claims_twice(block, faults);
+        }
+        asked
+    }
+
+    /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
+    /// and G30 only sets its mode.
+    fn claims_twice(&self, block: &Block, faults: &mut Vec<Fault>) -> bool {
+        let claims = |op: Op| {
+            claims_axes(op) || matches!(motion_of(op), Some(mode) if mode != MotionMode::None)
+        };
+        let mut claiming = self.codes.iter().filter(|(_, op)| claims(*op));
+        let (Some((first, op)), Some((second, _))) = (claiming.next(), claiming.next()) else {
+            return false;
+        };
+        // Two of one group have been reported as such.
+        let is_known = first.group == second.group;
+        let is_mode = matches!(op, Op::GoToReference(_));
+        if is_known || is_mode || block.letters() & AXIS_LETTERS == 0 {
+            return false;
+        }
+        let (first, second) = (first.name(), second.name());
+        let message = format!("{first} and {second} both make use of the axis words");
+        let fault = Fault::block(&rules::AXIS_WORDS_TWICE, block, message);
+        faults.push(fault.help("put one of them into a block of its own"));
+        true
+    }
+
+    /// Reports words of the block that nothing makes use of.
+    pub(super) fn has_unused_words(
+        &self,
+        block: &Block,
+        asked: Asked,
+        faults: &mut Vec<Fault>,
+    ) -> bool {
+        let mode = self.codes.iter().rev().find_map(|(_, op)| motion_of(*op));
+        let mode = mode.unwrap_or(self.motion);
+        if asked.is_foreign || mode == MotionMode::Foreign {
+            return false;
+        }
+        let mut used = FREE_LETTERS | AXIS_LETTERS;
+        for (code, _) in &self.codes {
+            used |= code.words;
+        }
+        match mode {
+            MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
+            MotionMode::Cycle(cycle) => used |= cycle.words(),
+            MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
+        }
+        if block.letters() & !used == 0 {
+            return false;
+        }
+        for word in block.words().iter().filter(|word| letter_bit(word.letter) & !used != 0) {
+            let message = format!("nothing in this block makes use of {word}");
+            let fault = Fault::word(&rules::UNUSED_WORD, word, message);
+            faults.push(match word.letter {
+                b'I' | b'J' | b'K' | b'R' => fault.help("arcs need G2 or G3 in force"),
+                b'D' => fault.help("D goes with G41 and G42, the tool whose radius they take"),
+                b'H' => fault.help("H goes with G43, the tool's length"),
+                _ => fault.help("leave it out, or write the code that it belongs to"),
+            });
+        }
+        true
+    }
+}
