@@ -111,6 +111,7 @@ impl Executor<'_> {
         match mode {
             MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
             MotionMode::Cycle(cycle) => used |= cycle.words(),
+            MotionMode::Spline(code) => used |= code.words(),
             MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {

@@ -100,6 +100,7 @@ impl Executor<'_> {
 
     /// The program is over: the machine stays where compensation has led it.
     pub(super) fn finish(&mut self, block: &Block, out: &mut Output<'_>) {
+        self.end_without_nurbs(block, out.faults);
         self.end_compensation(block, out);
         if let Some(stage) = self.compensation.take() {
             self.position_mm = stage.position_mm();

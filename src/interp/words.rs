@@ -35,7 +35,6 @@ pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
 /// What to write instead of a code that is not supported.
 fn remedy(code: &Code) -> &'static str {
     match (code.letter, code.tenths) {
-        (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
         _ => "leave it out, or let the CAM program write for a control without it",
     }
 }
