@@ -230,7 +230,8 @@ impl Executor<'_> {
         }
     }
 
-    /// A knot and a point; without axes one of the last knots.
+    /// A knot and a point; without axes one of the last knots. A first block without axes is the
+    /// point where the machine stands.
     fn knot_and_point(
         &mut self,
         nurbs: &mut OpenNurbs,
@@ -238,7 +239,7 @@ impl Executor<'_> {
         asked: Asked,
         faults: &mut Vec<Fault>,
     ) -> Option<()> {
-        let is_first = nurbs.knots.is_empty();
+        let (is_first, knot) = (nurbs.points.is_empty(), block.word(b'K'));
         match block.word(b'P') {
             Some(word) if is_first => nurbs.order = order(word, faults)?,
             Some(word) => {
@@ -248,21 +249,14 @@ impl Executor<'_> {
             }
             None => {}
         }
-        let has_axes = block.letters() & AXIS_LETTERS != 0;
-        let Some(knot) = block.word(b'K') else {
-            if !has_axes && !block.has(b'R') {
-                return Some(());
-            }
-            let message = "a point of G6.2 has no K, its knot";
-            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
-            return None;
-        };
-        if let Some(before) = nurbs.knots.last().filter(|before| knot.value < **before) {
-            let message = format!("{knot} is less than the knot before, {before}");
-            faults.push(Fault::word(&rules::NURBS_KNOTS, knot, message));
+        let before = nurbs.knots.last().copied();
+        if let (Some(word), Some(before)) = (knot.filter(|knot| Some(knot.value) < before), before)
+        {
+            let message = format!("{word} is less than the knot before, {before}");
+            faults.push(Fault::word(&rules::NURBS_KNOTS, word, message));
             return None;
         }
-        if has_axes || is_first {
+        if is_first || block.letters() & AXIS_LETTERS != 0 {
             self.point_by_knot(nurbs, block, asked, faults)?;
         } else if let Some(word) = block.word(b'R') {
             let message = format!("{word} weighs no point: this block has none");
@@ -271,7 +265,17 @@ impl Executor<'_> {
         } else if !has_points(nurbs, block, faults) {
             return None;
         }
-        nurbs.knots.push(knot.value);
+        match knot {
+            // A first block without K has the knot of the second.
+            Some(word) if !is_first && nurbs.knots.is_empty() => nurbs.knots = vec![word.value; 2],
+            Some(word) => nurbs.knots.push(word.value),
+            None if is_first => {}
+            None => {
+                let message = "a point of G6.2 has no K, its knot";
+                faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+                return None;
+            }
+        }
         Some(())
     }
 
