@@ -115,7 +115,7 @@ fn a_spline_is_refused_at_the_right_word() {
         ("G6.2 P3 K0 X0 F9\nK0 X1\nK0 X2\nK1 R2\nK1\nK1\nM30", &["unused-word 4:4"]),
         ("G6.2 P3 K0 X0 F9\nK0 X1\nK0 X2\nK1\nK1 X3\nK1\nM30", &["nurbs-knots 5:1"]),
         ("G6.2 P3 K0 X0 F9\nK0 X1\nK0 X2\nK1\nK1\nK2\nM30", &["nurbs-knots 6:1"]),
-        ("G6.2 P3 K0 X0 A9 F9\nK0 X1\nK0 X2\nK1\nK1\nK2\nM30", &["spline-axis 1:13"]),
+        ("G6.2 P3 K0 X0 A9 F9\nK0 X1\nK0 X2\nK1\nK1\nK2\nM30", &["spline-axis 1:15"]),
         ("G6.2 P11 K0 X0 F9\nM30", &["nurbs-order 1:6"]),
         // Only the curve itself is held against the travel, not its points.
         ("G0 X-75\nG5.1 X-74 Y1 I-0.3 J0.5 F100\nM30", &["limit-x-min 2:6"]),

@@ -244,10 +244,7 @@ impl<'a> Executor<'a> {
             | Op::MistOn
             | Op::FloodOn
             | Op::CoolantOff => self.switch(op, block, out),
-            Op::CompensationOff => self.compensation_off(block, out),
-            Op::Compensate { left, by_diameter } => {
-                self.compensation_on((left, by_diameter), block, out)
-            }
+            Op::CompensationOff | Op::Compensate { .. } => self.set_compensation(op, block, out),
             Op::Dwell => self.dwell(block, asked, out),
             Op::MachineCoordinates => asked.machine_coordinates = true,
             Op::ExactStopOnce => asked.corner = Some(Corner::Stop),

@@ -11,9 +11,9 @@ const HALVINGS_MAX: u32 = 40;
 /// Nodes on one side of the middle and weights of Gauss's quadrature with six nodes, from -1 to 1:
 /// exact for polynomials up to degree 11 (Abramowitz and Stegun, table 25.4).
 const NODES: [(f64, f64); 3] = [
-    (0.238_619_186_083_196_9, 0.467_913_934_572_691_0),
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (0.932_469_514_203_152_1, 0.171_324_492_379_170_3),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_3),
 ];
 
 impl Bezier {
