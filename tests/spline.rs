@@ -125,6 +125,26 @@ fn a_spline_is_refused_at_the_right_word() {
     }
 }
 
+/// Far from zero and with weights as unlike as may be, a curve is measured all the same.
+#[test]
+fn extreme_splines_are_measured() {
+    for scale in [1e-9, 1e-3, 1.0, 1e6] {
+        for weights in [[1e-4, 1e4, 1e-4, 1e4], [1e4, 1e-4, 1e-4, 1e4], [1e4, 1e4, 1e-4, 1e-4]] {
+            for off in [0.0, 1e6] {
+                let at = |x: f64, y: f64| xyz([x * scale + off, y * scale, 1.0]);
+                let points = vec![at(0.0, 0.0), at(1.0, 1.0), at(-1.0, 1.0), at(0.5, 0.0)];
+                let knots = [[0.0; 4], [1.0; 4]].concat();
+                let spline = Spline::new(3, points, weights.to_vec(), knots).unwrap();
+                let Some(measured) = MeasuredSpline::new(&spline) else { continue };
+                let (length_mm, end) = (measured.length_mm(), measured.pieces()[0].end());
+                let apart = distance(measured.point_at(length_mm), end);
+                assert!(length_mm >= 0.4 * scale && apart <= 1e-8, "{length_mm} {apart}");
+                assert!(measured.turn_within(length_mm).iter().all(|turn| *turn <= 2.0));
+            }
+        }
+    }
+}
+
 #[test]
 fn a_straight_spline_is_a_line() {
     let spline = last("G5 X9 Y6 I3 J2 P-3 Q-2 F100\nM30");

@@ -30,7 +30,7 @@ const ORDER_OF_G5_2: usize = 3;
 const ORDER_OF_G6_2: usize = 4;
 
 /// Weights beyond these bounds pull a curve into its points, or leave it no room near them.
-const WEIGHTS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+const WEIGHTS: std::ops::RangeInclusive<f64> = 1e-4..=1e4;
 
 /// How far the first point of G6.2 may lie from where the machine stands: what rounding to three
 /// decimals makes.

@@ -2,8 +2,12 @@
 
 use super::Bezier;
 
-/// The length of a span is found within this.
+/// The length of a span is found within this, and what rounding makes of its positions.
 pub const SPAN_ERROR_MM: f64 = 1e-9;
+
+/// What rounding makes of a length, as a share of the greatest position: without it spans far from
+/// zero would be halved for ever.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Halvings of a piece at most: what is left is shorter than rounding.
 const HALVINGS_MAX: u32 = 40;
@@ -27,28 +31,30 @@ impl Bezier {
     /// Cuts the curve into spans that [`Bezier::way_mm`] measures exactly and that are fine enough
     /// for the caller, and gives these in order: parameters of both ends, and the length.
     pub fn spans(&self, is_fine: &dyn Fn(f64, f64) -> bool, give: &mut dyn FnMut([f64; 3])) {
-        self.cut(0.0, 1.0, self.way_mm(0.0, 1.0), HALVINGS_MAX, is_fine, give);
+        let greatest = self.hull().flatten().fold(0.0, |greatest: f64, at| greatest.max(at.abs()));
+        let error_mm = SPAN_ERROR_MM + ROUNDING * greatest;
+        let is_fine = |from: f64, to: f64, off_mm: f64| off_mm <= error_mm && is_fine(from, to);
+        self.cut([0.0, 1.0, self.way_mm(0.0, 1.0)], HALVINGS_MAX, &is_fine, give);
     }
 
     fn cut(
         &self,
-        from: f64,
-        to: f64,
-        way_mm: f64,
+        [from, to, way_mm]: [f64; 3],
         left: u32,
-        is_fine: &dyn Fn(f64, f64) -> bool,
+        is_fine: &dyn Fn(f64, f64, f64) -> bool,
         give: &mut dyn FnMut([f64; 3]),
     ) {
         let middle = 0.5 * (from + to);
-        let halves = [self.way_mm(from, middle), self.way_mm(middle, to)];
-        let is_exact = (halves[0] + halves[1] - way_mm).abs() <= SPAN_ERROR_MM;
-        if left == 0 || (is_exact && is_fine(from, to)) {
-            give([from, middle, halves[0]]);
-            give([middle, to, halves[1]]);
-            return;
+        let ways = [self.way_mm(from, middle), self.way_mm(middle, to)];
+        let halves = [[from, middle, ways[0]], [middle, to, ways[1]]];
+        let is_done = left == 0 || is_fine(from, to, (ways[0] + ways[1] - way_mm).abs());
+        for half in halves {
+            if is_done {
+                give(half);
+            } else {
+                self.cut(half, left - 1, is_fine, give);
+            }
         }
-        self.cut(from, middle, halves[0], left - 1, is_fine, give);
-        self.cut(middle, to, halves[1], left - 1, is_fine, give);
     }
 
     /// Way along the curve between two parameters that lie within one span.
