@@ -117,6 +117,10 @@ fn a_spline_is_refused_at_the_right_word() {
         ("G6.2 P3 K0 X0 F9\nK0 X1\nK0 X2\nK1\nK1\nK2\nM30", &["nurbs-knots 6:1"]),
         ("G6.2 P3 K0 X0 A9 F9\nK0 X1\nK0 X2\nK1\nK1\nK2\nM30", &["spline-axis 1:15"]),
         ("G6.2 P11 K0 X0 F9\nM30", &["nurbs-order 1:6"]),
+        // High-speed machining of FANUC controls is no spline, and leaves the motion code in force.
+        ("G1 X1 F100\nG5 P10000\nG5.1 Q1\nX2\nG5.1 Q0\nG5 P0\nX3\nM30", &[]),
+        ("G1 X1 F100\nG5.1 Q3\nM30", &["unused-word 2:6"]),
+        ("G1 X1 F100\nG5 P1\nM30", &["missing-word 2:1"]),
         // Only the curve itself is held against the travel, not its points.
         ("G0 X-75\nG5.1 X-74 Y1 I-0.3 J0.5 F100\nM30", &["limit-x-min 2:6"]),
         ("G0 X-74.9\nG5.1 X-74.9 Y2 I-0.15 J1 F100\nM30", &[]),

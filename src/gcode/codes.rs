@@ -74,6 +74,8 @@ pub enum Op {
     ArcCounterClockwise,
     Spline(SplineCode),
     NurbsEnd,
+    /// Of no row: G5 P10000 and G5.1 Q1, which are no splines, and what ends them.
+    LookAhead,
     Cycle(Cycle),
     MotionOff,
     Stop,

@@ -233,7 +233,7 @@ impl<'a> Executor<'a> {
         asked.axes_claimed |= claims_axes(op);
         match op {
             // Done with F; or nothing that this machine could be told.
-            Op::Inches | Op::Millimetres | Op::Override(_) => {}
+            Op::Inches | Op::Millimetres | Op::Override(_) | Op::LookAhead => {}
             Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
             Op::ToolChange
             | Op::SurfaceSpeed

@@ -12,13 +12,30 @@
 use std::sync::Arc;
 
 use crate::base::{Axis, Plane, Point, Spline};
-use crate::gcode::codes::{AXIS_LETTERS, SplineCode};
+use crate::gcode::codes::{AXIS_LETTERS, Op, SplineCode};
 use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, Output};
 use super::motion::MoveKind;
 use super::nurbs::OpenNurbs;
 use super::words::machine_coordinates_alone;
+
+/// Letters of FANUC's high-speed machining.
+pub(super) const LOOK_AHEAD_LETTERS: u32 = letter_bit(b'P') | letter_bit(b'Q');
+
+/// Whether G5 or G5.1 is no spline but FANUC's high-speed machining, on or off: `G5 P10000`, `G5 P0`,
+/// `G5.1 Q1`, `G5.1 Q0`. It says how a control is to plan, never where the tool goes, and leaves the
+/// motion code in force. No spline has these words alone.
+pub(super) fn is_look_ahead(op: Op, block: &Block) -> bool {
+    let (letter, values) = match op {
+        Op::Spline(SplineCode::Cubic) => (b'P', [0.0, 10_000.0]),
+        Op::Spline(SplineCode::Quadratic) => (b'Q', [0.0, 1.0]),
+        _ => return false,
+    };
+    let others = AXIS_LETTERS | SplineCode::Cubic.words() & !letter_bit(letter);
+    block.letters() & others == 0
+        && block.word(letter).is_some_and(|word| values.contains(&word.value))
+}
 
 /// What splines leave behind for the blocks that follow.
 #[derive(Debug, Default)]
