@@ -86,41 +86,56 @@ pub fn of(segment: &Segment, machine: &Machine, with_ramps: bool) -> Limits {
             limits.bounded_by(speed_mm_s, bound);
         }
     }
+    let turning = match &segment.curve {
+        Curve::Spline(spline) => Some(Turning::at(limits.speed_mm_s, spline, machine)),
+        Curve::Line | Curve::Arc(_) => None,
+    };
     for profile in &machine.axes {
         let (rate, accel_max_mm_s2) = (&rates[profile.axis], profile.accel_max_mm_s2);
-        let accel = match &segment.curve {
-            Curve::Spline(spline) => {
-                let bend = bends_mm_s2(spline, machine, limits.speed_mm_s)[profile.axis];
-                (accel_max_mm_s2 - bend) / rate.speed_amplitude
-            }
-            _ => accel_along(rate, accel_max_mm_s2, limits.speed_mm_s),
-        };
         if rate.speed_amplitude > 0.0 {
+            let accel = match &turning {
+                Some(turning) => {
+                    (accel_max_mm_s2 - turning.bends_mm_s2[profile.axis]) / rate.speed_amplitude
+                }
+                None => accel_along(rate, accel_max_mm_s2, limits.speed_mm_s),
+            };
             limits.accel_mm_s2 = limits.accel_mm_s2.min(accel);
         }
     }
     limits
 }
 
-/// How much the turning of a spline accelerates each axis at a speed, as a machine sees it that
-/// goes a chord a tick: v · |change of direction within a tick| / tick. Where the curve turns
-/// evenly that is v² · curvature; it has bounds at a corner or a cusp too.
-fn bends_mm_s2(spline: &MeasuredSpline, machine: &Machine, speed_mm_s: f64) -> AxisMap<f64> {
-    let tick_s = machine.bus.tick_s();
-    let turns = spline.turn_within(speed_mm_s * tick_s);
-    let mut bends_mm_s2 = AxisMap::default();
-    for (axis, turn) in Axis::LINEAR.into_iter().zip(turns) {
-        bends_mm_s2[axis] = speed_mm_s * turn / tick_s;
-    }
-    bends_mm_s2
+/// How the turning of a spline is seen by a machine that goes a chord a tick.
+struct Turning {
+    /// How much it accelerates each axis: v · |change of direction within a tick| / tick. Where the
+    /// curve turns evenly that is v² · curvature; it has bounds at a corner or a cusp too.
+    bends_mm_s2: AxisMap<f64>,
+    /// How far the chord is off. Over a way whose direction changes by d that is a quarter of both
+    /// at most: so it is where all of the turn is a corner in the middle.
+    off_mm: f64,
 }
 
-/// Halvings until the speed along a spline is known to a millionth.
-const HALVINGS: u32 = 20;
+impl Turning {
+    fn at(speed_mm_s: f64, spline: &MeasuredSpline, machine: &Machine) -> Turning {
+        let tick_s = machine.bus.tick_s();
+        let way_mm = speed_mm_s * tick_s;
+        let turns = spline.turn_within(way_mm);
+        let mut bends_mm_s2 = AxisMap::default();
+        for (axis, turn) in Axis::LINEAR.into_iter().zip(turns) {
+            bends_mm_s2[axis] = speed_mm_s * turn / tick_s;
+        }
+        let turn = turns.iter().map(|turn| turn * turn).sum::<f64>().sqrt();
+        Turning { bends_mm_s2, off_mm: way_mm * turn / 4.0 }
+    }
+}
+
+/// Halvings of the range of speeds, as a ratio: of a range of a million the last is below 0.1 %.
+const HALVINGS: u32 = 14;
 
 /// The greatest speed, up to that of the limits, at which the turning of a spline leaves every
 /// axis within its share of acceleration, and chords within their share of the path tolerance.
-/// The slower, the less of both, so halving finds it.
+/// The slower, the less of both, so halving finds it, from a speed that suffices for any curve: no
+/// rate changes by more than 2, from 1 to -1.
 fn spline_speed(
     spline: &MeasuredSpline,
     machine: &Machine,
@@ -128,24 +143,25 @@ fn spline_speed(
     with_ramps: bool,
 ) -> (f64, Bound) {
     let exceeded = |speed_mm_s: f64| {
-        let bends_mm_s2 = bends_mm_s2(spline, machine, speed_mm_s);
+        let turning = Turning::at(speed_mm_s, spline, machine);
         let share = |axis: Axis| machine.axis(axis).map(|p| SPLINE_BEND_SHARE * p.accel_max_mm_s2);
-        let is_beyond = |axis: &Axis| share(*axis).is_some_and(|most| bends_mm_s2[*axis] > most);
+        let is_beyond = |axis: &Axis| share(*axis).is_some_and(|a| turning.bends_mm_s2[*axis] > a);
         let axis = Axis::LINEAR.into_iter().find(is_beyond).filter(|_| with_ramps);
-        // A chord over a way whose direction changes by d is off by a quarter of both at most:
-        // so it is where all of the turn is a corner in the middle.
-        let way_mm = speed_mm_s * machine.bus.tick_s();
-        let turn = spline.turn_within(way_mm).iter().map(|turn| turn * turn).sum::<f64>().sqrt();
-        let is_off = way_mm * turn / 4.0 > CHORD_SHARE * machine.path_tolerance_mm;
+        let is_off = turning.off_mm > CHORD_SHARE * machine.path_tolerance_mm;
         axis.map(Bound::Curvature).or(is_off.then_some(Bound::Chord))
     };
-    let (mut low, mut high, mut bound) = (0.0, limits.speed_mm_s, limits.bound);
+    let tick_s = machine.bus.tick_s();
+    let corner_mm_s = CHORD_SHARE * machine.path_tolerance_mm * 4.0 / 12.0_f64.sqrt() / tick_s;
+    let axes = machine.axes.iter();
+    let turns_mm_s = axes.map(|p| SPLINE_BEND_SHARE * p.accel_max_mm_s2 / 2.0 * tick_s);
+    let (mut high, mut bound) = (limits.speed_mm_s, limits.bound);
+    let mut low = turns_mm_s.fold(corner_mm_s.min(high), f64::min);
     match exceeded(high) {
         None => return (high, bound),
         Some(found) => bound = found,
     }
     for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
+        let middle = (low * high).sqrt();
         match exceeded(middle) {
             None => low = middle,
             Some(found) => (high, bound) = (middle, found),
