@@ -129,6 +129,23 @@ fn a_spline_is_refused_at_the_right_word() {
     }
 }
 
+/// A corner between two pieces counts where it is, and no more than it turns.
+#[test]
+fn corners_are_told_by_their_turn() {
+    // Two straight pieces, the second turned by an angle.
+    for angle in [0.0, 1e-4, 1e-2, 0.5, 3.1_f64] {
+        let (sin, cos) = angle.sin_cos();
+        let at = |way: f64| xyz([3.0 + way * cos, way * sin, 0.0]);
+        let points = vec![xyz([0.0; 3]), xyz([1.0, 0.0, 0.0]), at(0.0), at(1.0), at(2.0)];
+        let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0];
+        let spline = Spline::new(2, points, vec![1.0; 5], knots).unwrap();
+        let measured = MeasuredSpline::new(&spline).unwrap();
+        let [x, y, _] = measured.turn_within(0.01);
+        assert!((x - (1.0 - cos)).abs() < 1e-9, "{x} at {angle}");
+        assert!((y - sin).abs() < 1e-9, "{y} at {angle}");
+    }
+}
+
 /// Far from zero and with weights as unlike as may be, a curve is measured all the same.
 #[test]
 fn extreme_splines_are_measured() {

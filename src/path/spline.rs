@@ -31,9 +31,6 @@ const SPAN_LEAST_MM: f64 = 1e-6;
 /// What the sine of a direction may exceed those at both ends of its span by: d²/8.
 const BETWEEN_ENDS: f64 = SPAN_TURN * SPAN_TURN / 8.0;
 
-/// Two spans that meet with directions further apart make a corner; what is less is rounding.
-const CORNER: f64 = 1e-6;
-
 /// A direction, or a rate of X, Y and Z.
 type Vector = [f64; 3];
 
@@ -58,6 +55,8 @@ struct Span {
     length_mm: f64,
     /// Directions at both ends.
     tangents: [Vector; 2],
+    /// How much the curve has turned at once, at corners and cusps, up to its start and its end.
+    corners: [f64; 2],
 }
 
 impl MeasuredSpline {
@@ -69,8 +68,10 @@ impl MeasuredSpline {
             let is_fine = |from, to| is_fine(curve, from, to);
             curve.spans(&is_fine, &mut |[from, to, length_mm]| {
                 if length_mm > 0.0 {
-                    let tangents = [tangent(curve, from, to, from), tangent(curve, from, to, to)];
-                    spans.push(Span { piece, from, to, start_mm, length_mm, tangents });
+                    let tangent = tangents(curve, from, to);
+                    let tangents = [tangent(from), tangent(to)];
+                    let corners = corners(spans.last(), &tangents);
+                    spans.push(Span { piece, from, to, start_mm, length_mm, tangents, corners });
                     start_mm += length_mm;
                 }
             });
@@ -130,8 +131,9 @@ impl MeasuredSpline {
         rates
     }
 
-    /// By how much the rates of X, Y and Z change at most within a way along the curve, corners
-    /// and cusps included: never less, and no more than by twice the turn of a span.
+    /// By how much the rates of X, Y and Z change at most within a way along the curve: what
+    /// directions at the ends of spans tell, or less where the greatest bend, of three places a
+    /// span, and all corners on the way come to less.
     pub fn turn_within(&self, way_mm: f64) -> [f64; 3] {
         let mut greatest = [0.0_f64; 3];
         let mut ranges: [Range; 3] = Default::default();
@@ -145,11 +147,13 @@ impl MeasuredSpline {
                 }
                 end += 1;
             }
+            let corners = self.spans[end - 1].corners[1] - span.corners[0];
             for i in 0..3 {
-                greatest[i] = greatest[i].max(ranges[i].width(start));
+                let bent = self.bends_per_mm[i] * way_mm + corners;
+                greatest[i] = greatest[i].max(ranges[i].width(start).min(bent));
             }
         }
-        std::array::from_fn(|i| greatest[i].min(self.bends_per_mm[i] * way_mm))
+        greatest
     }
 }
 
@@ -199,36 +203,46 @@ fn is_fine(curve: &Bezier, from: f64, to: f64) -> bool {
     if curve.way_mm(from, to) <= SPAN_LEAST_MM {
         return true;
     }
-    let tangents = [from, 0.75 * from + 0.25 * to, middle, 0.25 * from + 0.75 * to, to]
-        .map(|u| tangent(curve, from, to, u));
-    tangents.windows(2).all(|pair| length(difference(pair[1], pair[0])) <= SPAN_TURN / 2.0)
+    let tangent = tangents(curve, from, to);
+    let places = [from, 0.75 * from + 0.25 * to, middle, 0.25 * from + 0.75 * to, to];
+    places
+        .map(tangent)
+        .windows(2)
+        .all(|pair| length(difference(pair[1], pair[0])) <= SPAN_TURN / 2.0)
 }
 
-/// The direction at a parameter within a span.
-fn tangent(curve: &Bezier, from: f64, to: f64, u: f64) -> Vector {
+/// The direction at parameters within a span.
+fn tangents(curve: &Bezier, from: f64, to: f64) -> impl Fn(f64) -> Vector {
     let chord = difference(curve.at(to), curve.at(from));
-    let first = curve.jet(u).first;
-    let speed = length(first);
-    // Where the curve stands still, its first derivative is what rounding leaves.
-    let way = if speed * (to - from) < 1e-3 * length(chord) { chord } else { first };
-    let norm = length(way);
-    if norm > 0.0 { way.map(|part| part / norm) } else { [0.0; 3] }
+    let chord_mm = length(chord);
+    move |u| {
+        let first = curve.jet(u).first;
+        let (way, norm) = match length(first) {
+            // Where the curve stands still, its first derivative is what rounding leaves.
+            speed if speed * (to - from) < 1e-3 * chord_mm => (chord, chord_mm),
+            speed => (first, speed),
+        };
+        if norm > 0.0 { way.map(|part| part / norm) } else { [0.0; 3] }
+    }
 }
 
-/// The greatest bend of each axis; without bounds where the curve has a corner or a cusp.
+/// How much the curve has turned at once up to both ends of a span that follows another. A span
+/// that turns by more than a span should holds a cusp.
+fn corners(before: Option<&Span>, tangents: &[Vector; 2]) -> [f64; 2] {
+    let start = before.map_or(0.0, |before| {
+        before.corners[1] + length(difference(tangents[0], before.tangents[1]))
+    });
+    let within = length(difference(tangents[1], tangents[0]));
+    [start, start + if within > SPAN_TURN { within } else { 0.0 }]
+}
+
+/// The greatest bend of each axis.
 fn bends_per_mm(pieces: &[Bezier], spans: &[Span]) -> Vector {
     let mut greatest = [0.0_f64; 3];
     for span in spans {
         for share in [0.0, 0.5, 1.0] {
             let bend = bend(&pieces[span.piece], span.from + (span.to - span.from) * share);
             greatest = std::array::from_fn(|i| greatest[i].max(bend[i].abs()));
-        }
-    }
-    let corners = spans.windows(2).map(|pair| ([pair[0].tangents[1], pair[1].tangents[0]], CORNER));
-    let cusps = spans.iter().map(|span| (span.tangents, SPAN_TURN));
-    for ([before, after], least) in corners.chain(cusps) {
-        if length(difference(after, before)) > least {
-            greatest = [f64::INFINITY; 3];
         }
     }
     greatest
