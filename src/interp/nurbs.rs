@@ -12,7 +12,7 @@
 
 use std::sync::Arc;
 
-use crate::base::spline::{DEGREE_MAX, POINTS_MAX};
+use crate::base::spline::{DEGREE_MAX, POINTS_MAX, SplineError};
 use crate::base::{Axis, Point, Spline};
 use crate::gcode::codes::{self, AXIS_LETTERS, Op, SplineCode};
 use crate::gcode::{Block, Fault, Word, rules};
@@ -328,6 +328,7 @@ impl Executor<'_> {
     /// Makes the move of a NURBS whose points and knots are all there.
     fn draw(&mut self, nurbs: OpenNurbs, block: &Block, asked: Asked, out: &mut Output<'_>) {
         let OpenNurbs { order, points, weights, knots, .. } = nurbs;
+        let ends = [&knots[..order], &knots[knots.len() - order..]].map(|ends| format!("{ends:?}"));
         let to = points.last().copied().unwrap_or(self.position_mm);
         match Spline::new(order - 1, points, weights, knots) {
             Ok(curve) => {
@@ -335,7 +336,15 @@ impl Executor<'_> {
                 self.go(block, &to, kind, asked.corner, out);
             }
             Err(error) => {
-                let message = format!("these knots make no curve of order {order}: {error}");
+                let [first, last] = ends;
+                let message = if error == SplineError::KnotEnds {
+                    format!(
+                        "of order {order} the first {order} knots are equal, and so are the last: \
+                         these are {first} and {last}"
+                    )
+                } else {
+                    format!("these knots make no curve of order {order}: {error}")
+                };
                 out.faults.push(Fault::block(&rules::NURBS_KNOTS, block, message));
                 self.forget_position();
             }
