@@ -11,7 +11,7 @@ pub mod rounding;
 pub mod source;
 
 pub use axis::{Axis, AxisMap, AxisSet, Point};
-pub use command::{Command, Event, EventKind, Tick};
+pub use command::{Command, Event, EventKind, EventWords, Tick};
 pub use diagnostic::{Diagnostic, Severity, Span};
 pub use machine::Machine;
 pub use plane::Plane;

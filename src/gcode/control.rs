@@ -35,6 +35,8 @@ pub enum Control {
     EndSub(Option<Formula>),
     Return(Option<Formula>),
     Call(Vec<Formula>),
+    /// `O#1 call`: a call of the subprogram whose number that is.
+    CallNumber(Formula, Vec<Formula>),
     If(Formula),
     ElseIf(Formula),
     Else,
@@ -128,6 +130,15 @@ pub(super) fn after_label(reader: &mut Reader<'_, '_>) -> Option<Result<Control,
     })
 }
 
+/// The rest of a call whose label is computed; none if no CALL follows.
+pub(super) fn computed_call(
+    number: Formula,
+    reader: &mut Reader<'_, '_>,
+) -> Option<Result<Control, NoExpression>> {
+    let is_call = reader.takes_word("CALL");
+    is_call.then(|| Ok(Control::CallNumber(number, arguments(reader)?)))
+}
+
 fn result(reader: &mut Reader<'_, '_>) -> Result<Option<Formula>, NoExpression> {
     if reader.peek() == Some(b'[') { reader.bracketed().map(Some) } else { Ok(None) }
 }
@@ -210,14 +221,16 @@ impl Statement {
         let result = |formula: &Option<Formula>| {
             formula.map_or(String::new(), |formula| format!(" [{}]", code(formula)))
         };
+        let listed = |formulas: &[Formula]| -> String {
+            formulas.iter().map(|formula| format!(" [{}]", code(*formula))).collect()
+        };
         match &self.control {
             Control::Sub => format!("{label} SUB"),
             Control::EndSub(formula) => format!("{label} ENDSUB{}", result(formula)),
             Control::Return(formula) => format!("{label} RETURN{}", result(formula)),
-            Control::Call(arguments) => {
-                let arguments: Vec<String> =
-                    arguments.iter().map(|formula| format!(" [{}]", code(*formula))).collect();
-                format!("{label} CALL{}", arguments.concat())
+            Control::Call(arguments) => format!("{label} CALL{}", listed(arguments)),
+            Control::CallNumber(number, arguments) => {
+                format!("O[{}] CALL{}", code(*number), listed(arguments))
             }
             Control::If(formula) => format!("{label} IF [{}]", code(*formula)),
             Control::ElseIf(formula) => format!("{label} ELSEIF [{}]", code(*formula)),

@@ -13,7 +13,7 @@ use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
 use super::travel::Travel;
-use super::words::subprogram_flow;
+use super::words::{subprogram_flow, whole};
 
 /// Greatest magnitude of a word, as of a number that is written.
 const WORD_MAX: f64 = 1e9;
@@ -176,6 +176,12 @@ impl<'a> Engine<'a> {
                 None
             }
         }
+    }
+
+    /// The number of a subprogram that a value stands for, or what is wrong with it.
+    pub fn label_number(&mut self, value: f64, block: &Block) -> Option<u32> {
+        let (start, end) = block.extent();
+        whole(&Word { letter: b'O', value, start, end }, 999_999_999, &mut self.faults)
     }
 
     /// The values of arguments.

@@ -67,7 +67,10 @@ impl Run<'_> {
             | Control::Do
             | Control::Repeat(_)
             | Control::WhileDo(_) => self.section(block, place),
-            Control::Call(_) | Control::Goto { .. } | Control::Then(_) => {
+            Control::Call(_)
+            | Control::CallNumber(..)
+            | Control::Goto { .. }
+            | Control::Then(_) => {
                 self.jump(statement, block, place)
             }
             _ => {
@@ -121,7 +124,10 @@ impl Run<'_> {
                 let value = value.and_then(|value| self.engine.number(block, value));
                 self.give_back(statement, value);
             }
-            Control::Call(_) | Control::Goto { .. } | Control::Then(_) => {
+            Control::Call(_)
+            | Control::CallNumber(..)
+            | Control::Goto { .. }
+            | Control::Then(_) => {
                 self.jump(statement, block, place)?;
             }
         }
@@ -135,6 +141,14 @@ impl Run<'_> {
                 let arguments = self.engine.arguments(block, formulas);
                 self.engine.report(place, true);
                 self.call(&statement.label, 1, Some((&arguments, false)), block, place)
+            }
+            Control::CallNumber(number, formulas) => {
+                let Some(number) = self.engine.number(block, *number) else { return Ok(()) };
+                let arguments = self.engine.arguments(block, formulas);
+                let Some(number) = self.engine.label_number(number, block) else { return Ok(()) };
+                self.engine.report(place, true);
+                let label = Label::Number(number);
+                self.call(&label, 1, Some((&arguments, false)), block, place)
             }
             Control::Goto { condition, target } => {
                 if condition.is_some_and(|condition| !self.holds(block, condition)) {

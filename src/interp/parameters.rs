@@ -395,19 +395,32 @@ fn equal(a: f64, b: f64) -> bool {
     (plain(a) - plain(b)).abs() < EQUAL_WITHIN
 }
 
-/// The parameters that the words of G65 set: list I of macro B.
+/// The parameters that the words of G65 set: list I of macro B, or list II where I, J or K stands
+/// there again.
 pub(super) fn arguments(block: &Block) -> Vec<(u32, f64)> {
     // By letter from A: G L N O P are words of the call itself.
     const NUMBERS: [u32; 26] =
         [1, 2, 3, 7, 8, 9, 0, 11, 4, 5, 6, 0, 13, 0, 0, 0, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26];
-    let number = |letter: u8| NUMBERS[usize::from(letter - b'A')];
+    let count = |letter: u8| block.words().iter().filter(|word| word.letter == letter).count();
+    let is_list_two = [b'I', b'J', b'K'].into_iter().any(|letter| count(letter) > 1);
+    // The threes of I J K, from #4 on: what does not come behind the one before begins the next.
+    let (mut three, mut last) = (0, 0);
+    let mut number = |letter: u8| match letter {
+        b'I'..=b'K' if is_list_two => {
+            three += u32::from(letter <= last);
+            last = letter;
+            4 + 3 * three + u32::from(letter - b'I')
+        }
+        b'A'..=b'Z' => NUMBERS[usize::from(letter - b'A')],
+        _ => 0,
+    };
     let words = block.words().iter().map(|word| (number(word.letter), word.value));
     words.filter(|(number, _)| *number > 0).collect()
 }
 
 /// Whether a block is a macro call: G65 with its P.
 pub(super) fn is_macro_call(block: &Block) -> bool {
-    block.has(b'P') && block.words().iter().any(|word| word.letter == b'G' && word.value == 65.0)
+    block.has(b'P') && block.is_macro_call()
 }
 
 #[cfg(test)]
