@@ -160,11 +160,15 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
             if block.is_plain() {
                 run.engine.executor.check_codes(&block, &mut faults);
             }
-        } else if !is_blank && !block.percent && !after_end_said {
-            after_end_said = true;
-            let message = "this and what follows stands after the program's end: it is not run";
-            let fault = Fault::block(&rules::AFTER_END, &block, message);
-            run.engine.findings.add(fault.help("write M30 after it, or take it out"), place);
+        } else if run.end != End::NotText {
+            // Nobody reads it: it may be notes in plain words.
+            faults.clear();
+            if !is_blank && !block.percent && !after_end_said {
+                after_end_said = true;
+                let message = "this and what follows stands after the program's end: it is not run";
+                let fault = Fault::block(&rules::AFTER_END, &block, message);
+                run.engine.findings.add(fault.help("write M30 after it, or take it out"), place);
+            }
         }
         if reported {
             faults.clear();

@@ -72,6 +72,11 @@ struct Round {
 }
 
 impl Compensation {
+    /// Whether it keeps left of the path.
+    pub fn is_left(&self) -> bool {
+        self.side > 0.0
+    }
+
     /// Begins at a position of the contour; `is_left` of a negative radius is right.
     pub fn new(plane: Plane, is_left: bool, radius_mm: f64, at: Point) -> Compensation {
         let side = if is_left == (radius_mm >= 0.0) { 1.0 } else { -1.0 };

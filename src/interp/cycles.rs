@@ -117,9 +117,12 @@ impl Executor<'_> {
                 // Absolute words name one place, however often.
                 if pass == 0 {
                     at[axis] = target[axis];
-                } else if !drill.executor.absolute {
+                } else if !drill.executor.absolute && asked.polar_step.is_none() {
                     at[axis] += by_mm;
                 }
+            }
+            if let Some(step) = asked.polar_step.filter(|_| pass > 0) {
+                step.apply(&mut at);
             }
             drill.rapid(&at);
             at[across] = r_mm;

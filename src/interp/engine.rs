@@ -12,6 +12,7 @@ use super::findings::{Findings, Place};
 use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
+use super::system::read_only;
 use super::travel::Travel;
 use super::words::{subprogram_flow, whole};
 
@@ -58,6 +59,7 @@ impl<'a> Engine<'a> {
     #[inline]
     pub fn execute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         self.blocks += 1;
+        self.executor.line = place.line;
         if !block.is_plain() || is_macro_call(block) {
             return self.compute(block, place, motions);
         }
@@ -91,6 +93,19 @@ impl<'a> Engine<'a> {
         self.judge(&motions[first..], &computed, place);
         self.computed = Some(computed);
         flow
+    }
+
+    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on.
+    pub fn restore_after_call(&mut self, calls: &[u32], motions: &mut Vec<Motion>) {
+        if self.executor.to_restore.is_none() {
+            return;
+        }
+        let (line, first) = (self.executor.line, motions.len());
+        let mut out = Output { line, motions, faults: &mut self.faults };
+        self.executor.restore_after_call(&mut out);
+        let place = Place { line, text: b"", calls, file: None };
+        self.judge(&motions[first..], &Block::default(), place);
+        self.report(place, true);
     }
 
     /// Gives out what the executor holds until it knows what follows.
@@ -149,10 +164,11 @@ impl<'a> Engine<'a> {
             }
         }
         let mut alarm = false;
-        for (at, (target, value)) in self.to_set.iter().enumerate() {
+        let to_set = std::mem::take(&mut self.to_set);
+        for (at, (target, value)) in to_set.iter().enumerate() {
             let assignment = block.assignments().get(at);
             let (start, end) = assignment.map_or((0, 1), |set| (set.start, set.end));
-            match self.parameters.set(target, *value) {
+            match self.set_one(target, *value) {
                 Ok(Set::Done) => {}
                 Ok(Set::Alarm(number)) => {
                     alarm = true;
@@ -163,7 +179,23 @@ impl<'a> Engine<'a> {
                 Err(error) => self.faults.push(fault(error, start, end)),
             }
         }
+        self.to_set = to_set;
         alarm
+    }
+
+    /// Sets a parameter of the control or of the program.
+    fn set_one(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
+        let own = match target {
+            Target::Number(number) => self.executor.set_parameter(*number, plain(value)),
+            Target::Name(name) => self.executor.named(name).map(|_| {
+                let message = format!("#<{name}> is the control's own: it can only be read");
+                read_only(message, "give yours another name")
+            }),
+        };
+        match own {
+            Some(result) => result.map(|()| Set::Done),
+            None => self.parameters.set(target, value),
+        }
     }
 
     /// The value of an expression of a statement, or what is wrong with it.
@@ -195,7 +227,8 @@ impl<'a> Engine<'a> {
 
     /// Says what a comment says to the operator.
     pub fn say(&mut self, message: Message, place: Place<'_>) {
-        if self.travel.is_none() {
+        let is_shown = message.kind != MessageKind::Debug || self.parameters.shows_debug();
+        if self.travel.is_none() || !is_shown {
             return;
         }
         let bytes = place.text.get(message.start as usize..message.end as usize);

@@ -5,20 +5,22 @@
 //! fault, so that one fault does not make others; positions that a fault leaves open are known to
 //! be open.
 
-use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
+use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{Code, Cycle, Group, Op};
 use crate::gcode::{Block, Fault, rules};
 
-use super::Options;
 use super::compensation::Compensation;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
 use super::flow::Flow;
 use super::frames::Frames;
+use super::modes::{Coolant, LengthMode, Modes, Overrides, Saved};
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
+use super::polar::PolarStep;
 use super::tools::Tools;
 use super::words::{call_flow, leads_to};
+use super::{Dialect, Options};
 
 /// The motion code in force.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -58,14 +60,28 @@ pub(super) struct Executor<'a> {
     pub(super) spindle_rpm: Option<f64>,
     /// G96
     pub(super) by_surface: bool,
+    /// S and D of G96.
+    pub(super) surface: Option<(f64, Option<f64>)>,
     pub(super) turning: Turning,
+    pub(super) coolant: Coolant,
+    pub(super) overrides: Overrides,
     /// The tool that T has named, and the one that M6 has put into the spindle.
     pub(super) tool: Option<u32>,
     pub(super) loaded: Option<u32>,
     pub(super) tools: Tools,
+    pub(super) length_mode: LengthMode,
     pub(super) frames: Frames,
     /// Machine positions of G28 and G30, where the program has stored them.
-    pub(super) references: [Option<Point>; 2],
+    pub(super) references: [AxisMap<Option<f64>>; 2],
+    /// What M70 and M73 have saved, for the main program and each call in it.
+    pub(super) saved: Vec<Saved>,
+    /// What the end of a call has left to be restored.
+    pub(super) to_restore: Option<Box<Modes>>,
+    /// #5061 to #5070: where a probe touched, in program units, and whether it did.
+    pub(super) probed: [f64; 10],
+    /// The line at hand.
+    pub(super) line: u32,
+    pub(super) dialect: Dialect,
     /// A bit for each work coordinate system whose lack of a place has been said.
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
@@ -101,6 +117,10 @@ pub(super) struct Asked {
     pub is_motion_named: bool,
     /// The motion code in force before the block.
     pub motion_before: MotionMode,
+    /// By how much polar coordinates go on from one hole of a cycle to the next.
+    pub polar_step: Option<PolarStep>,
+    /// Millimetres a unit before the block.
+    pub mm_per_unit_before: f64,
     /// What becomes of the corner at this block's end, if not what the mode says.
     pub corner: Option<Corner>,
 }
@@ -141,12 +161,21 @@ impl<'a> Executor<'a> {
             feed_missed: false,
             spindle_rpm: None,
             by_surface: false,
+            surface: None,
             turning: Turning::Stopped,
+            coolant: Coolant::default(),
+            overrides: Overrides::default(),
             tool: None,
             loaded: None,
             tools: options.tools.clone(),
+            length_mode: LengthMode::Off,
             frames: Frames::new(machine),
-            references: [None; 2],
+            references: [AxisMap::default(); 2],
+            saved: vec![Saved::default()],
+            to_restore: None,
+            probed: [0.0; 10],
+            line: 0,
+            dialect: options.dialect,
             systems_missed: 0,
             cycle: Held::default(),
             compensation: None,
@@ -194,6 +223,7 @@ impl<'a> Executor<'a> {
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
+        asked.mm_per_unit_before = self.mm_per_unit;
         asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
         self.motion_first = out.motions.len();
         if !asked.is_faulty {
@@ -228,7 +258,7 @@ impl<'a> Executor<'a> {
         asked.axes_claimed |= claims_axes(op);
         match op {
             // Done with F; or nothing that this machine could be told.
-            Op::Inches | Op::Millimetres | Op::Override(_) => {}
+            Op::Inches | Op::Millimetres => {}
             Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
             Op::ToolChange
             | Op::SurfaceSpeed
@@ -238,7 +268,18 @@ impl<'a> Executor<'a> {
             | Op::SpindleStop
             | Op::MistOn
             | Op::FloodOn
-            | Op::CoolantOff => self.switch(op, block, out),
+            | Op::CoolantOff
+            | Op::Override(_) => self.switch(op, block, out),
+            Op::SetTool
+            | Op::DigitalOutput(_)
+            | Op::AnalogOutput(_)
+            | Op::SpindleOrient
+            | Op::UserFunction => self.function(op, block, out),
+            Op::SaveModes | Op::SaveModesOfCall => {
+                self.save_modes(op == Op::SaveModesOfCall, asked.mm_per_unit_before);
+            }
+            Op::ForgetModes => self.forget_modes(),
+            Op::RestoreModes => self.restore_modes(block, out),
             Op::CompensationOff => self.compensation_off(block, out),
             Op::Compensate { left, by_diameter } => {
                 self.compensation_on((left, by_diameter), block, out)
@@ -330,6 +371,7 @@ impl<'a> Executor<'a> {
         match op {
             Op::ToolChange => {
                 self.loaded = self.tool;
+                self.turning = Turning::Stopped;
                 out.event(EventKind::M { code: 6, spindle_rpm: None, tool: self.tool });
             }
             Op::SurfaceSpeed => self.set_spindle_mode(true, block, out.faults),
@@ -346,9 +388,19 @@ impl<'a> Executor<'a> {
                 self.turning = Turning::Stopped;
                 out.function(5);
             }
-            Op::MistOn => out.function(7),
-            Op::FloodOn => out.function(8),
-            _ => out.function(9),
+            Op::MistOn => {
+                self.coolant.mist = true;
+                out.function(7);
+            }
+            Op::FloodOn => {
+                self.coolant.flood = true;
+                out.function(8);
+            }
+            Op::Override(code) => self.set_override(code, block),
+            _ => {
+                self.coolant = Coolant::default();
+                out.function(9);
+            }
         }
     }
 
@@ -364,7 +416,10 @@ impl<'a> Executor<'a> {
             Op::LengthOffset => self.set_length(false, block, faults),
             Op::LengthOffsetMore => self.set_length(true, block, faults),
             Op::LengthOffsetByWords => self.set_length_by_words(block, faults),
-            Op::LengthOffsetOff => self.frames.set_tool(Point::ZERO),
+            Op::LengthOffsetOff => {
+                self.length_mode = LengthMode::Off;
+                self.frames.set_tool(Point::ZERO);
+            }
             Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
             Op::Scaling => self.set_scaling(block, faults),
             Op::ScalingOff => self.end_scaling(block, faults),

@@ -60,6 +60,7 @@ impl Run<'_> {
     pub(super) fn statement_of_main(&mut self, block: &Block, place: Place<'_>) -> io::Result<()> {
         let Some(statement) = block.statement() else { return Ok(()) };
         self.engine.blocks += 1;
+        self.engine.executor.line = place.line;
         let result = match &statement.control {
             Control::Sub => self.skip_sub(statement, place),
             Control::If(_)
@@ -382,6 +383,8 @@ impl Run<'_> {
                 *repeats_left -= 1;
                 frame.next = 0;
                 frame.repeats.clear();
+                self.engine.executor.leave_call();
+                self.engine.executor.enter_call();
             }
             _ => self.leave_wholly(),
         }
@@ -391,6 +394,7 @@ impl Run<'_> {
         let Some(frame) = self.frames.pop() else { return };
         if let FrameKind::Call { has_scope, .. } = frame.kind {
             self.calls.pop();
+            self.engine.executor.leave_call();
             if has_scope {
                 self.engine.parameters.leave();
             }
@@ -484,6 +488,7 @@ impl Run<'_> {
                 if let Some((arguments, is_macro)) = arguments {
                     self.engine.parameters.enter(arguments, is_macro);
                 }
+                self.engine.executor.enter_call();
                 let has_scope = arguments.is_some();
                 let kind = FrameKind::Call { has_scope, repeats_left: repeats - 1 };
                 self.frames.push(Frame { body, next: 0, kind, repeats: Vec::new() });

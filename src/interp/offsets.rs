@@ -7,6 +7,7 @@ use crate::gcode::{Block, Fault, Word, rules};
 
 use super::execute::{Asked, Executor, Output};
 use super::frames::{Rotation, SYSTEMS, Scaling};
+use super::modes::LengthMode;
 use super::motion::MoveKind;
 use super::words::whole;
 
@@ -17,7 +18,9 @@ const SYSTEM_NAMES: [&str; SYSTEMS] =
 impl Executor<'_> {
     /// G54 to G59.3, counted from 0.
     pub(super) fn choose_system(&mut self, index: usize, block: &Block, faults: &mut Vec<Fault>) {
-        self.frames.choose(index);
+        if index != self.frames.active() {
+            self.frames.choose(index);
+        }
         let is_set = self.frames.system(index).is_none_or(|system| system.is_set);
         if is_set || self.systems_missed & 1 << index != 0 {
             return;
@@ -190,6 +193,7 @@ impl Executor<'_> {
             }
             None => return,
         };
+        self.length_mode = LengthMode::Table;
         let before_mm = if adds { self.frames.tool_mm() } else { Point::ZERO };
         self.frames.set_tool(AxisMap::from_fn(|axis| before_mm[axis] + offset_mm[axis]));
     }
@@ -214,6 +218,7 @@ impl Executor<'_> {
         for (axis, value) in self.axis_values("G43.1", block, faults) {
             offset_mm[axis] = value;
         }
+        self.length_mode = LengthMode::Words;
         self.frames.set_tool(offset_mm);
     }
 
@@ -323,9 +328,10 @@ impl Executor<'_> {
     }
 
     /// What G28.1 or G30.1 have stored, or else the home position; on an axis without travel 0.
-    fn reference_mm(&self, index: u8, axis: Axis) -> Option<f64> {
-        if let Some(stored) = self.references.get(usize::from(index)).copied().flatten() {
-            return Some(stored[axis]);
+    pub(super) fn reference_mm(&self, index: u8, axis: Axis) -> Option<f64> {
+        let stored = self.references.get(usize::from(index)).and_then(|stored| stored[axis]);
+        if stored.is_some() {
+            return stored;
         }
         let profile = self.machine.axis(axis)?;
         profile.home_mm.or_else(|| profile.travel_mm.is_none().then_some(0.0))
@@ -334,7 +340,7 @@ impl Executor<'_> {
     /// G28.1 and G30.1
     pub(super) fn store_reference(&mut self, index: u8) {
         if let Some(place) = self.references.get_mut(usize::from(index)) {
-            *place = Some(self.position_mm);
+            *place = AxisMap::from_fn(|axis| Some(self.position_mm[axis]));
         }
     }
 }

@@ -23,8 +23,11 @@ const UNSET: f64 = f64::from_bits(0x7ff8_0000_0000_0002);
 /// Parameters of RS274/NGC end here.
 const NUMBER_MAX: u32 = 5602;
 
-/// From here on parameters are the control's own (RS274/NGC); probe results are the first.
-const SYSTEM_FIRST: u32 = 5061;
+/// No parameter below is the control's own, in any dialect.
+const SYSTEM_FIRST: u32 = 1000;
+
+/// Whether DEBUG is shown; 1 unless a program says otherwise (RS274/NGC).
+const DEBUG: u32 = 5599;
 
 /// Parameters from 1 that every call by an O word has for itself, and by G65.
 const CALL_LOCALS: usize = 30;
@@ -46,7 +49,7 @@ pub(super) struct NoValue {
 
 type Value = Result<f64, NoValue>;
 
-fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
+pub(super) fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
     Err(NoValue { rule, message: message.into(), help: None })
 }
 
@@ -128,6 +131,7 @@ impl Parameters {
     fn reserve(&mut self) {
         if self.numbered.is_empty() {
             self.numbered = vec![UNSET; NUMBER_MAX as usize + 1];
+            self.numbered[DEBUG as usize] = 1.0;
         }
     }
 
@@ -153,44 +157,27 @@ impl Parameters {
         if number == 0 {
             return refuse(&rules::BAD_PARAMETER, "#0 has no value, and cannot be set");
         }
-        self.range(number)?;
-        if number >= SYSTEM_FIRST {
-            return refuse(
-                &rules::BAD_PARAMETER,
-                format!("#{number} is the control's own: setting it is not supported"),
-            );
-        }
+        range(number)?;
         self.reserve();
         self.numbered[number as usize] = if value.is_nan() { UNSET } else { value };
         Ok(Set::Done)
     }
 
-    fn range(&self, number: u32) -> Result<(), NoValue> {
-        if self.dialect == Dialect::Fanuc && number >= 1000 {
-            let message = format!("the system variable #{number} is not supported");
-            return refuse(&rules::BAD_PARAMETER, message);
-        }
-        if number > NUMBER_MAX {
-            let message = format!("there is no parameter #{number}: the last is #{NUMBER_MAX}");
-            return refuse(&rules::BAD_PARAMETER, message);
-        }
-        Ok(())
+    /// Whether DEBUG is shown.
+    pub fn shows_debug(&self) -> bool {
+        self.numbered.get(DEBUG as usize).is_none_or(|value| plain(*value) != 0.0)
     }
 
     fn numbered(&self, number: u32, executor: &Executor<'_>) -> Value {
         if number == 0 {
             return Ok(EMPTY);
         }
-        self.range(number)?;
-        if number >= SYSTEM_FIRST {
-            return executor.parameter(number).map_or_else(
-                || {
-                    let message = format!("#{number} is the control's own, and not supported");
-                    refuse(&rules::BAD_PARAMETER, message)
-                },
-                Ok,
-            );
+        if number >= SYSTEM_FIRST
+            && let Some(value) = executor.parameter(number)
+        {
+            return value;
         }
+        range(number)?;
         let value = self.numbered.get(number as usize).copied().unwrap_or(UNSET);
         Ok(if value.is_nan() && self.dialect == Dialect::Fanuc { EMPTY } else { value })
     }
@@ -198,7 +185,11 @@ impl Parameters {
     fn find(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
         if name.starts_with('_') {
             let depth = self.scopes.len() as f64;
-            let own = || if name == "_call_level" { Some(depth) } else { executor.named(name) };
+            let own = || match name {
+                "_call_level" => Some(depth),
+                "_value" | "_value_returned" => Some(0.0),
+                _ => executor.named(name),
+            };
             self.globals.get(name).copied().or_else(own)
         } else {
             self.named.get(name).copied()
@@ -206,12 +197,21 @@ impl Parameters {
     }
 
     fn named(&self, name: &str, executor: &Executor<'_>) -> Value {
-        self.find(name, executor).ok_or_else(|| NoValue {
-            rule: &rules::UNSET_PARAMETER,
-            message: format!("#<{name}> is read here, and nothing has set it"),
-            help: Some(
-                "set it before; names that begin with _ are global, all others of their subprogram",
-            ),
+        self.find(name, executor).ok_or_else(|| {
+            let outside = [("_ini[", "the configuration"), ("_hal[", "the signals")];
+            let of = outside.iter().find(|(prefix, _)| name.starts_with(prefix));
+            let message = match of {
+                Some((_, what)) => format!("#<{name}> is of {what} of a LinuxCNC: there is none"),
+                None => format!("#<{name}> is read here, and nothing has set it"),
+            };
+            let help = match of {
+                Some(_) => "write the value, or ask before by EXISTS, which is 0 here",
+                None => {
+                    "set it before; names that begin with _ are global, all others of their \
+                     subprogram"
+                }
+            };
+            NoValue { rule: &rules::UNSET_PARAMETER, message, help: Some(help) }
         })
     }
 
@@ -371,6 +371,14 @@ impl Parameters {
         filled.push_str(rest);
         filled
     }
+}
+
+fn range(number: u32) -> Result<(), NoValue> {
+    if number > NUMBER_MAX {
+        let message = format!("there is no parameter #{number}: the last is #{NUMBER_MAX}");
+        return refuse(&rules::BAD_PARAMETER, message);
+    }
+    Ok(())
 }
 
 /// A value as a number: having none counts as 0.

@@ -114,6 +114,7 @@ impl<'a> Run<'a> {
         } else {
             self.step_body(motions)?;
         }
+        self.engine.restore_after_call(&self.calls, motions);
         if self.end != End::Running {
             self.finish(motions);
         }
@@ -196,6 +197,7 @@ impl<'a> Run<'a> {
         if block.statement().is_some() {
             self.calls.clone_from(&calls);
             self.engine.blocks += 1;
+            self.engine.executor.line = line;
             let result = self.statement(&body, at, block, place);
             self.engine.report(place, true);
             return result;
