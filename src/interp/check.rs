@@ -138,7 +138,7 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
     let mut faults = Vec::new();
     while run.end != End::NotText {
         let Some(line) = run.lines.next_line()? else { return Ok(()) };
-        parse_line(&line, &mut block, &mut faults, run.block_delete);
+        parse_line(&line, &mut block, &mut faults, run.text);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let is_blank = block.is_empty() && faults.is_empty();
         if run.end == End::Text {

@@ -137,6 +137,8 @@ impl<'a> Engine<'a> {
                 Err(error) => {
                     self.faults.push(fault(error, word.start, word.end));
                     self.left_out.push(*place);
+                    // That a feed is missing then need not be said.
+                    self.executor.feed_missed |= word.letter == b'F';
                 }
             }
         }

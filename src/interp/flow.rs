@@ -275,7 +275,7 @@ impl Run<'_> {
     /// Keeps a loop or a branch of the main program, up to its end, to run it.
     fn section(&mut self, block: &Block, place: Place<'_>) -> io::Result<()> {
         let findings = &mut self.engine.findings;
-        let mut reading = Reading::new(Body::new(None, 0, None), self.block_delete);
+        let mut reading = Reading::new(Body::new(None, 0, None), self.text);
         reading.begin(place.line, place.text, block, findings);
         while !reading.linker.is_closed() {
             let Some(line) = reading.next(&mut self.lines, findings, 0)? else {
@@ -305,7 +305,7 @@ impl Run<'_> {
         // Nothing is executed: the state shall not learn of codes that are checked.
         let mut executor = Executor::new(engine.executor.machine, &Options::default());
         while let Some(line) = self.lines.next_line()? {
-            parse_line(&line, &mut self.block, &mut engine.faults, self.block_delete);
+            parse_line(&line, &mut self.block, &mut engine.faults, self.text);
             if self.block.is_plain() {
                 executor.check_codes(&self.block, &mut engine.faults);
             }

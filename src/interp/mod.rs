@@ -21,6 +21,7 @@ mod flow;
 mod frames;
 mod functions;
 mod inputs;
+mod lenient;
 mod macro_variables;
 mod modes;
 mod motion;
@@ -88,6 +89,8 @@ pub struct Options {
     pub dialect: Dialect,
     /// Whether lines that begin with `/` are left out.
     pub block_delete: bool,
+    /// Whether words of other controls that mean nothing here are left out, with a warning.
+    pub lenient: bool,
     /// Folders below which subprograms may lie in files of their own, in order of search.
     pub folders: Vec<PathBuf>,
     /// Most passes that all loops, repeats and backward GOTOs of a run may make together; none:

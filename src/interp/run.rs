@@ -13,10 +13,11 @@ use crate::gcode::{Block, Fault, Label, Lines, rules};
 
 use super::body::Body;
 use super::engine::Engine;
+use super::execute::is_error;
 use super::findings::Place;
 use super::flow::Flow;
 use super::motion::Motion;
-use super::program::{Library, Tape, parse_line, program_number};
+use super::program::{Library, Tape, TextOptions, parse_line, program_number};
 use super::{Dialect, MAX_PASSES, Options};
 
 /// What is being run from what is kept.
@@ -69,7 +70,7 @@ pub(super) struct Run<'a> {
     pub block: Block,
     /// Whether what follows the main program begins inside of another one.
     pub rest_in_program: bool,
-    pub block_delete: bool,
+    pub text: TextOptions,
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
@@ -82,15 +83,16 @@ pub(super) struct Run<'a> {
 
 impl<'a> Run<'a> {
     pub fn new(source: &Source, machine: &'a Machine, options: &Options, max: usize) -> Run<'a> {
+        let text = TextOptions { block_delete: options.block_delete, lenient: options.lenient };
         Run {
             engine: Engine::new(machine, options, max),
             lines: Lines::new(source.reader(0), 0, 1),
-            library: Library::new(source, &options.folders, options.block_delete),
+            library: Library::new(source, &options.folders, text),
             tape: Tape::default(),
             end: End::Running,
             block: Block::default(),
             rest_in_program: false,
-            block_delete: options.block_delete,
+            text,
             dialect: options.dialect,
             max_passes: options.max_passes.unwrap_or(MAX_PASSES),
             passes: 0,
@@ -136,7 +138,7 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         let engine = &mut self.engine;
-        parse_line(&line, &mut self.block, &mut engine.faults, self.block_delete);
+        parse_line(&line, &mut self.block, &mut engine.faults, self.text);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let mut flow = Flow::Next;
         if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
@@ -161,7 +163,7 @@ impl<'a> Run<'a> {
             }
             flow = match self.block.statement() {
                 _ if self.block.is_broken_statement() => Flow::Unreadable,
-                Some(_) if !engine.faults.is_empty() => Flow::Unreadable,
+                Some(_) if engine.faults.iter().any(is_error) => Flow::Unreadable,
                 Some(_) => Flow::Statement,
                 None => engine.execute(&self.block, place, motions),
             };
