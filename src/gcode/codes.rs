@@ -283,7 +283,7 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
-        Some(Op::SetOffsets) => letter_set("LPR"),
+        Some(Op::SetOffsets) => letter_set("IJLPQR"),
         Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
@@ -480,8 +480,9 @@ mod tests {
             let number = f64::from(code.tenths) / 10.0;
             assert!(std::ptr::eq(find(code.letter, number).unwrap(), code), "{}", code.name());
         }
-        for (letter, number) in [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'G', 100.0), (b'M', 199.5), (b'M', 200.0)] {
-
+        for (letter, number) in
+            [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'G', 100.0), (b'M', 199.5), (b'M', 200.0)]
+        {
             assert!(find(letter, number).is_none(), "{number}");
         }
     }

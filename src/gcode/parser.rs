@@ -9,9 +9,7 @@ use nom::combinator::opt;
 use nom::sequence::delimited;
 
 use super::block::{Block, Call, Message, MessageKind, Word, letter_bit};
-use super::control::{
-    Assignment, Control, Label, Statement, after_label, computed_call, macro_b,
-};
+use super::control::{Assignment, Control, Label, Statement, after_label, computed_call, macro_b};
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};

@@ -84,6 +84,7 @@ rules! {
     ALARM Error "alarm" "The program raises an alarm by setting #3000.";
     OUTSIDE_FOLDER Error "outside-folder" "A subprogram's file lies outside of the program's folder and of those given by --include.";
     EMPTY_PROGRAM Error "empty-program" "The file holds no block.";
+    NEVER_CALLED Warning "never-called" "A subprogram that is never called has a fault.";
     MISSING_END Warning "missing-end" "The program's text ends without M2, M30 or a closing %.";
     AFTER_END Warning "after-end" "Blocks after the program's end, outside of any subprogram, are never executed.";
 }

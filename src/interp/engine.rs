@@ -1,7 +1,7 @@
 //! One block, whatever stands on it: expressions get their values, parameters are set, messages are
 //! said, and what is left goes to the executor.
 
-use crate::base::Machine;
+use crate::base::{Event, EventKind, Machine};
 use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
 
 use super::Options;
@@ -37,6 +37,8 @@ pub(super) struct Engine<'a> {
     computed: Option<Box<Block>>,
     left_out: Vec<u16>,
     to_set: Vec<(Target, f64)>,
+    /// Whether #3006 has asked for a stop.
+    stops: bool,
 }
 
 impl<'a> Engine<'a> {
@@ -52,6 +54,7 @@ impl<'a> Engine<'a> {
             computed: None,
             left_out: Vec::new(),
             to_set: Vec::new(),
+            stops: false,
         }
     }
 
@@ -64,7 +67,7 @@ impl<'a> Engine<'a> {
             return self.compute(block, place, motions);
         }
         let first = motions.len();
-        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        let mut out = output(place, motions, &mut self.faults);
         let flow = self.executor.run(block, &mut out);
         self.judge(&motions[first..], block, place);
         flow
@@ -75,6 +78,7 @@ impl<'a> Engine<'a> {
         computed.copy_words(block);
         self.give_values(block, &mut computed);
         let alarm = self.set(block, place);
+        self.stop(motions);
         for message in block.messages() {
             self.say(*message, place);
         }
@@ -85,7 +89,7 @@ impl<'a> Engine<'a> {
             macro_call(&computed, &mut self.faults)
         } else if !computed.words().is_empty() || computed.call.is_some() || !self.faults.is_empty()
         {
-            let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+            let mut out = output(place, motions, &mut self.faults);
             self.executor.run(&computed, &mut out)
         } else {
             Flow::Next
@@ -101,9 +105,9 @@ impl<'a> Engine<'a> {
             return;
         }
         let (line, first) = (self.executor.line, motions.len());
-        let mut out = Output { line, motions, faults: &mut self.faults };
-        self.executor.restore_after_call(&mut out);
         let place = Place { line, text: b"", calls, file: None };
+        let mut out = output(place, motions, &mut self.faults);
+        self.executor.restore_after_call(&mut out);
         self.judge(&motions[first..], &Block::default(), place);
         self.report(place, true);
     }
@@ -111,7 +115,7 @@ impl<'a> Engine<'a> {
     /// Gives out what the executor holds until it knows what follows.
     pub fn finish(&mut self, place: Place<'_>, motions: &mut Vec<Motion>) {
         let (block, first) = (Block::default(), motions.len());
-        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        let mut out = output(place, motions, &mut self.faults);
         self.executor.finish(&block, &mut out);
         self.judge(&motions[first..], &block, place);
     }
@@ -172,10 +176,16 @@ impl<'a> Engine<'a> {
             let (start, end) = assignment.map_or((0, 1), |set| (set.start, set.end));
             match self.set_one(target, *value) {
                 Ok(Set::Done) => {}
+                Ok(Set::Stop) => {
+                    self.stops = true;
+                    self.tell(MessageKind::Message, comment(place.text), place);
+                }
                 Ok(Set::Alarm(number)) => {
                     alarm = true;
                     let text = comment(place.text);
-                    let message = format!("the program raises alarm {}{text}", plain(number));
+                    let colon = if text.is_empty() { "" } else { ": " };
+                    let message =
+                        format!("the program raises alarm {}{colon}{text}", plain(number));
                     self.faults.push(Fault::new(&rules::ALARM, start, end, message));
                 }
                 Err(error) => self.faults.push(fault(error, start, end)),
@@ -183,6 +193,14 @@ impl<'a> Engine<'a> {
         }
         self.to_set = to_set;
         alarm
+    }
+
+    /// Stops until the operator goes on, where #3006 has asked for it.
+    pub fn stop(&mut self, motions: &mut Vec<Motion>) {
+        if std::mem::take(&mut self.stops) {
+            let kind = EventKind::M { code: 0, spindle_rpm: None, tool: None };
+            motions.push(Motion::Event(Event { line: self.executor.line, kind }));
+        }
     }
 
     /// Sets a parameter of the control or of the program.
@@ -241,10 +259,17 @@ impl<'a> Engine<'a> {
                 self.parameters.filled_in(text.trim(), &self.executor)
             }
         };
+        self.tell(message.kind, text, place);
+    }
+
+    fn tell(&mut self, kind: MessageKind, text: String, place: Place<'_>) {
+        if self.travel.is_none() {
+            return;
+        }
         self.findings.messages += 1;
         if self.said.len() < self.findings.max() {
             let file = place.file.map(str::to_owned);
-            self.said.push(Said { line: place.line, file, kind: message.kind, text });
+            self.said.push(Said { line: place.line, file, kind, text });
         }
     }
 
@@ -276,6 +301,14 @@ impl<'a> Engine<'a> {
     }
 }
 
+fn output<'o>(
+    place: Place<'o>,
+    motions: &'o mut Vec<Motion>,
+    faults: &'o mut Vec<Fault>,
+) -> Output<'o> {
+    Output { line: place.line, text: place.text, motions, faults }
+}
+
 /// What a block with G65 asks for.
 fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
     let is_other = |word: &&Word| match word.letter {
@@ -303,9 +336,9 @@ fn fault(error: NoValue, start: u32, end: u32) -> Fault {
     }
 }
 
-/// The comment on a line, as an alarm shows it.
+/// The comment on a line.
 fn comment(line: &[u8]) -> String {
     let text = String::from_utf8_lossy(line);
     let inside = text.split_once('(').and_then(|(_, rest)| rest.split_once(')'));
-    inside.map_or(String::new(), |(comment, _)| format!(": {}", comment.trim()))
+    inside.map_or(String::new(), |(comment, _)| comment.trim().to_owned())
 }

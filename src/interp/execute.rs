@@ -128,6 +128,7 @@ pub(super) struct Asked {
 /// Where a block stands, and where what it makes goes.
 pub(super) struct Output<'o> {
     pub line: u32,
+    pub text: &'o [u8],
     pub motions: &'o mut Vec<Motion>,
     pub faults: &'o mut Vec<Fault>,
 }
@@ -451,7 +452,13 @@ impl<'a> Executor<'a> {
             Some(word) if word.value < 0.0 => {
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, "a dwell cannot be negative"));
             }
-            Some(word) => out.event(EventKind::Dwell(word.value)),
+            Some(word) => {
+                // FANUC counts milliseconds in P, unless it has a point.
+                let span = out.text.get(word.start as usize..word.end as usize);
+                let has_point = span.is_some_and(|text| text.contains(&b'.'));
+                let is_ms = self.dialect == Dialect::Fanuc && word.letter == b'P' && !has_point;
+                out.event(EventKind::Dwell(word.value / if is_ms { 1000.0 } else { 1.0 }));
+            }
             None if asked.is_faulty => {}
             None => {
                 let message = "G4 has no P, the time to wait";

@@ -13,7 +13,7 @@ use super::body::{Body, Links, unmatched};
 use super::execute::Executor;
 use super::findings::Place;
 use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
-use super::run::{End, Frame, FrameKind, Run};
+use super::run::{End, Frame, FrameKind, PassedOver, Run};
 
 /// Calls within calls, at most: as LinuxCNC.
 const CALL_DEPTH_MAX: usize = 10;
@@ -71,9 +71,7 @@ impl Run<'_> {
             Control::Call(_)
             | Control::CallNumber(..)
             | Control::Goto { .. }
-            | Control::Then(_) => {
-                self.jump(statement, block, place)
-            }
+            | Control::Then(_) => self.jump(statement, block, place),
             _ => {
                 let fault =
                     unmatched(statement, "nothing before this has begun what it belongs to");
@@ -309,8 +307,15 @@ impl Run<'_> {
             if self.block.is_plain() {
                 executor.check_codes(&self.block, &mut engine.faults);
             }
-            let here = Place { line: line.number, text: line.bytes, calls: &[], file: None };
-            engine.report(here, true);
+            if !engine.faults.is_empty() && self.passed_over.len() < engine.findings.max() {
+                self.passed_over.push(PassedOver {
+                    label: statement.label.clone(),
+                    line: line.number,
+                    text: line.bytes.to_vec(),
+                    faults: std::mem::take(&mut engine.faults),
+                });
+            }
+            engine.faults.clear();
             let ends = self.block.statement().is_some_and(|end| {
                 matches!(end.control, Control::EndSub(_)) && end.label == statement.label
             });

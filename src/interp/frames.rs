@@ -252,7 +252,12 @@ impl Frames {
     /// What a work coordinate system alone, with the tool's offset, makes of a machine position:
     /// what G92 and G10 L20 measure from.
     pub fn unshifted(&self, index: usize, machine: &Point) -> Point {
-        self.unshifted_by(&self.systems[index.min(SYSTEMS - 1)], machine)
+        self.unshifted_by(self.known(index), machine)
+    }
+
+    /// A system as it is in force, or would be if it were chosen.
+    fn known(&self, index: usize) -> &System {
+        if index == self.active { &self.current } else { &self.systems[index.min(SYSTEMS - 1)] }
     }
 
     fn unshifted_by(&self, system: &System, machine: &Point) -> Point {
@@ -264,7 +269,7 @@ impl Frames {
 
     /// Where the origin of a system has to lie for it to call `wanted` what it calls `called` now.
     pub fn origin_moved(&self, index: usize, called: &Point, wanted: &Point) -> Point {
-        let system = &self.systems[index.min(SYSTEMS - 1)];
+        let system = self.known(index);
         let mut by = AxisMap::from_fn(|axis| called[axis] - wanted[axis]);
         turn(&mut by, Plane::Xy, [0.0; 2], system.turn_deg);
         AxisMap::from_fn(|axis| system.origin_mm[axis] + by[axis])

@@ -43,6 +43,8 @@ fn variable(number: u32) -> Option<Variable> {
         2601..=2800 => Variable::ToolRadius(number - 2600),
         11_001..=11_999 => Variable::ToolLength(number - 11_000),
         13_001..=13_999 => Variable::ToolRadius(number - 13_000),
+        // Alarm and stop.
+        3000 | 3006 => return None,
         3001 | 3002 | 3011 | 3012 => Variable::Clock,
         3003 | 3004 => Variable::Suppression,
         4001..=4130 => Variable::Modal(number - 4000),
@@ -64,17 +66,15 @@ impl Executor<'_> {
     pub(super) fn macro_variable(&self, number: u32) -> Option<Value> {
         let scaled = |axis: Axis, value: f64| Ok(self.in_program_units(axis, value));
         Some(match variable(number)? {
-            Variable::ToolLength(tool) => scaled(
-                Axis::Z,
-                self.tools.get(tool).map_or(0.0, |tool| tool.offset_mm[Axis::Z]),
-            ),
+            Variable::ToolLength(tool) => {
+                scaled(Axis::Z, self.tools.get(tool).map_or(0.0, |tool| tool.offset_mm[Axis::Z]))
+            }
             Variable::ToolRadius(tool) => {
                 scaled(Axis::Z, self.tools.get(tool).map_or(0.0, |tool| tool.diameter_mm / 2.0))
             }
-            Variable::Origin(index, axis) => scaled(
-                axis,
-                self.frames.system(index).map_or(0.0, |system| system.origin_mm[axis]),
-            ),
+            Variable::Origin(index, axis) => {
+                scaled(axis, self.frames.system(index).map_or(0.0, |system| system.origin_mm[axis]))
+            }
             Variable::Position(axis) => Ok(self.position_in_program(axis)),
             Variable::MachinePosition(axis) => scaled(axis, self.position_mm[axis]),
             Variable::ToolOffset(axis) => scaled(axis, self.frames.tool_mm()[axis]),
@@ -112,7 +112,8 @@ impl Executor<'_> {
             | Variable::ToolOffset(_)
             | Variable::Probed(_)
             | Variable::Modal(_) => {
-                let message = format!("#{number} tells a state of the control: it can only be read");
+                let message =
+                    format!("#{number} tells a state of the control: it can only be read");
                 return Some(read_only(message, "write the code or the word that sets it"));
             }
             Variable::Clock => {

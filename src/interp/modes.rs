@@ -145,9 +145,11 @@ impl Executor<'_> {
 
     /// M72
     pub(super) fn restore_modes(&mut self, block: &Block, out: &mut Output<'_>) {
-        if let Some(word) = block.words().iter().find(|word| {
-            !(word.letter == b'N' || word.letter == b'M' && word.value == 72.0)
-        }) {
+        if let Some(word) = block
+            .words()
+            .iter()
+            .find(|word| !(word.letter == b'N' || word.letter == b'M' && word.value == 72.0))
+        {
             let message = format!("{word} stands beside M72, which sets many modes");
             let fault = Fault::word(&rules::CALL_ALONE, word, message);
             out.faults.push(fault.help("put M72 into a block of its own"));
@@ -158,9 +160,11 @@ impl Executor<'_> {
             None => {
                 let message = "M72 restores modes, and none have been saved in this program";
                 let fault = Fault::block(&rules::NOTHING_SAVED, block, message);
-                out.faults.push(fault.help(
-                    "write M70 before it; a subprogram and its caller have each their own",
-                ));
+                out.faults.push(
+                    fault.help(
+                        "write M70 before it; a subprogram and its caller have each their own",
+                    ),
+                );
             }
         }
     }
@@ -193,7 +197,8 @@ impl Executor<'_> {
         match (modes.is_compensated, self.is_compensated()) {
             (false, true) => self.compensation_off(block, out),
             (true, false) => {
-                let message = "the modes saved have cutter compensation, which has been ended since";
+                let message =
+                    "the modes saved have cutter compensation, which has been ended since";
                 let fault = Fault::block(&rules::COMPENSATION_MODE, block, message);
                 out.faults.push(fault.help("save the modes outside of compensation"));
             }

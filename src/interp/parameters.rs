@@ -39,6 +39,9 @@ const EQUAL_WITHIN: f64 = 1e-6;
 /// The parameter that raises an alarm.
 const ALARM: u32 = 3000;
 
+/// The parameter that stops with a message.
+const STOP: u32 = 3006;
+
 /// Why an expression has no value.
 #[derive(Debug)]
 pub(super) struct NoValue {
@@ -65,6 +68,8 @@ pub(super) enum Target {
 pub(super) enum Set {
     Done,
     Alarm(f64),
+    /// The operator has to go on.
+    Stop,
 }
 
 /// What a call puts aside.
@@ -153,6 +158,9 @@ impl Parameters {
         let raises = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
         if number == ALARM && raises {
             return Ok(Set::Alarm(value));
+        }
+        if number == STOP && raises {
+            return Ok(Set::Stop);
         }
         if number == 0 {
             return refuse(&rules::BAD_PARAMETER, "#0 has no value, and cannot be set");
@@ -484,6 +492,10 @@ mod tests {
             ("0 EQ #0", 0.0),
             ("#1 NE #0", 1.0),
             ("#5420 + #<_metric>", 1.0),
+            ("#5220 + #5061 + #5400", 1.0),
+            ("EXISTS[#<_hal[a.b]>] + EXISTS[#<_feed>]", 1.0),
+            ("#<_motion_mode> + #<_plane> + #<_ccomp>", 1370.0),
+            ("#<_vmajor> GE 2.5", 1.0),
         ] {
             check(Dialect::Iso, text, Ok(expected));
         }
@@ -494,6 +506,7 @@ mod tests {
             ("#2 EQ #0", 1.0),
             ("#2 EQ 0", 0.0),
             ("#2 + 1", 1.0),
+            ("#4003 + #4014 + #5041", 144.0),
         ] {
             check(Dialect::Fanuc, text, Ok(expected));
         }
@@ -516,11 +529,12 @@ mod tests {
             ("#[1/2]", "bad-parameter"),
             ("#[0-1]", "bad-parameter"),
             ("#6000", "bad-parameter"),
-            ("#5061", "bad-parameter"),
         ] {
             check(Dialect::Iso, text, Err(rule));
         }
-        check(Dialect::Fanuc, "#5001", Err("bad-parameter"));
+        check(Dialect::Fanuc, "#3001", Err("bad-parameter"));
+        check(Dialect::Fanuc, "#1000", Err("bad-parameter"));
+        check(Dialect::Iso, "#<_hal[motion.probe]>", Err("unset-parameter"));
     }
 
     #[test]

@@ -46,9 +46,12 @@ impl Executor<'_> {
             return None;
         }
         if asked.machine_coordinates || asked.axes_claimed || self.polar || self.diameters {
-            let message = format!("{first}: polar coordinates go with motion in work coordinates only");
+            let message =
+                format!("{first}: polar coordinates go with motion in work coordinates only");
             let fault = Fault::word(&rules::AXIS_WORDS_TWICE, &first, message);
-            faults.push(fault.help("write X and Y beside G53, G92, G10 and the like, under G16 and G7"));
+            faults.push(
+                fault.help("write X and Y beside G53, G92, G10 and the like, under G16 and G7"),
+            );
             return None;
         }
         let from = [Axis::X, Axis::Y].map(|axis| self.position_in_program(axis));
@@ -94,7 +97,8 @@ impl Executor<'_> {
             return Some(from_polar(if words[0].is_some() { to[0] } else { radius }, angle_deg));
         }
         if let Some(word) = words[0] {
-            let message = format!("{word}: a radius of polar coordinates under G91 is not supported");
+            let message =
+                format!("{word}: a radius of polar coordinates under G91 is not supported");
             let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
             faults.push(fault.help("write the radius under G90; G91 and the angle alone turn on"));
             return None;

@@ -79,6 +79,17 @@ pub(super) struct Run<'a> {
     /// The line of each call that is being run.
     pub(super) calls: Vec<u32>,
     pub(super) calls_made: u64,
+    /// What is wrong with subprograms that have been passed over, until they are called.
+    pub(super) passed_over: Vec<PassedOver>,
+}
+
+/// A line with faults in a subprogram that stood in the way.
+#[derive(Debug)]
+pub(super) struct PassedOver {
+    pub label: Label,
+    pub line: u32,
+    pub text: Vec<u8>,
+    pub faults: Vec<Fault>,
 }
 
 impl<'a> Run<'a> {
@@ -100,6 +111,7 @@ impl<'a> Run<'a> {
             frames: Vec::new(),
             calls: Vec::new(),
             calls_made: 0,
+            passed_over: Vec::new(),
         }
     }
 
@@ -116,6 +128,7 @@ impl<'a> Run<'a> {
         } else {
             self.step_body(motions)?;
         }
+        self.engine.stop(motions);
         self.engine.restore_after_call(&self.calls, motions);
         if self.end != End::Running {
             self.finish(motions);

@@ -109,8 +109,12 @@ impl Executor<'_> {
                 return Some(read_only(message, "write G92.2 or G92.3"));
             }
             Place::ToolNumber | Place::Tool(_) | Place::ToolDiameter | Place::ToolAngle => {
-                let message = format!("#{number} is of the tool in the spindle: it can only be read");
-                return Some(read_only(message, "G10 L1 sets a tool, M61 says which is in the spindle"));
+                let message =
+                    format!("#{number} is of the tool in the spindle: it can only be read");
+                return Some(read_only(
+                    message,
+                    "G10 L1 sets a tool, M61 says which is in the spindle",
+                ));
             }
             Place::Position(_) => {
                 let message = format!("#{number} is where the machine stands: it can only be read");
@@ -234,9 +238,6 @@ pub(super) fn truth(holds: bool) -> f64 {
 }
 
 /// Refuses to set what can only be read.
-pub(super) fn read_only<T>(
-    message: impl Into<String>,
-    help: &'static str,
-) -> Result<T, NoValue> {
+pub(super) fn read_only<T>(message: impl Into<String>, help: &'static str) -> Result<T, NoValue> {
     refuse(&rules::BAD_PARAMETER, message).map_err(|error| NoValue { help: Some(help), ..error })
 }
