@@ -192,7 +192,7 @@ fn one_fault_makes_no_others() {
         // Those of one that never runs come too.
         (
             "G0 X1\nM30\nO1\nG5.7\nX!\nM99",
-            &["unknown-word 4:1", "missing-number 5:1", "bad-character 5:2"],
+            &["never-called 4:1", "never-called 5:1", "never-called 5:2"],
         ),
         ("G0 X1\nO1\nG5.7\nM99", &["missing-end 2:1", "unknown-word 3:1"]),
         // What stands behind the closing % is no part of the program.

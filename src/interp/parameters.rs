@@ -447,7 +447,8 @@ mod tests {
 
     fn check(dialect: Dialect, text: &str, expected: Result<f64, &str>) {
         let machine = Machine::load("ideal").unwrap();
-        let executor = Executor::new(&machine, &crate::interp::Options::default());
+        let options = crate::interp::Options { dialect, ..Default::default() };
+        let executor = Executor::new(&machine, &options);
         let mut parameters = Parameters::new(dialect);
         parameters.set(&Target::Number(1), 7.0).unwrap();
         parameters.set(&Target::Number(7), 49.0).unwrap();
