@@ -1,5 +1,5 @@
-(What a program can ask the control and tell it.)
-G21 G90 G54
+(What a program can ask the control and tell it; offsets are in mm here, in inches at an inch machine.)
+G21 G90 G54 *
 G0 X#5221 (G54 lies at machine X75)
 #5241 = 80 #5242 = 40
 G55 G0 X1 Y1 (G55 lies where its parameters say)

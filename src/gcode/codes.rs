@@ -15,22 +15,11 @@ pub enum Op {
     FeedPerMinute,
     FeedPerTurn,
     ToolChange,
-    /// M61
-    SetTool,
-    /// M62 to M65.
-    DigitalOutput(u8),
-    /// M67 and M68.
-    AnalogOutput(u8),
     SpindleClockwise,
     SpindleCounterClockwise,
     SpindleStop,
-    SpindleOrient,
-    SaveModes,
-    ForgetModes,
-    RestoreModes,
-    SaveModesOfCall,
-    /// M100 to M199.
-    UserFunction,
+    Function(Function),
+    Modes(Modes),
     SurfaceSpeed,
     SpindleSpeedConstant,
     MistOn,
@@ -95,6 +84,44 @@ pub enum Op {
     Return,
     Call,
     MacroCall,
+}
+
+/// M functions that only say something to the machine.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Function {
+    /// M61
+    SetTool,
+    /// M62 to M65.
+    DigitalOutput(u8),
+    /// M67 and M68.
+    AnalogOutput(u8),
+    SpindleOrient,
+    /// M100 to M199.
+    User,
+}
+
+impl Function {
+    /// Letters that the function makes use of.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Function::SetTool => "Q",
+            Function::DigitalOutput(_) => "P",
+            Function::AnalogOutput(_) => "EQ",
+            Function::SpindleOrient => "PQR",
+            Function::User => "PQ",
+        })
+    }
+}
+
+/// M70 to M73.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modes {
+    Save,
+    Forget,
+    Restore,
+    SaveForCall,
 }
 
 /// The canned cycles, by their G numbers.
@@ -257,7 +284,7 @@ impl Code {
     /// As it is written: `G61.1`.
     pub fn name(&self) -> String {
         let (letter, whole, tenth) = (char::from(self.letter), self.tenths / 10, self.tenths % 10);
-        if self.op == Some(Op::UserFunction) {
+        if self.op == Some(Op::Function(Function::User)) {
             return format!("{letter}{whole} to {letter}{}", USER_LAST / 10);
         }
         if tenth == 0 { format!("{letter}{whole}") } else { format!("{letter}{whole}.{tenth}") }
@@ -289,11 +316,7 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
         Some(Op::Call) => letter_set("PL"),
-        Some(Op::SetTool) => letter_bit(b'Q'),
-        Some(Op::DigitalOutput(_)) => letter_bit(b'P'),
-        Some(Op::AnalogOutput(_)) => letter_set("EQ"),
-        Some(Op::SpindleOrient) => letter_set("PQR"),
-        Some(Op::UserFunction) => letter_set("PQ"),
+        Some(Op::Function(function)) => function.words(),
         Some(_) | None => 0,
     };
     Code { letter, tenths, group, op, words, meaning }
@@ -413,7 +436,7 @@ pub static CODES: &[Code] = &[
     m(7, Group::Coolant, Op::MistOn, "mist coolant on"),
     m(8, Group::Coolant, Op::FloodOn, "flood coolant on"),
     m(9, Group::Coolant, Op::CoolantOff, "coolant off"),
-    m(19, Group::Spindle, Op::SpindleOrient, "orients the spindle to R degrees"),
+    m(19, Group::Spindle, Op::Function(Function::SpindleOrient), "orients the spindle to R degrees"),
     m(30, Group::Stop, Op::EndAndRewind, "ends the program and goes back to its beginning"),
     m(48, Group::Override, Op::Override(48), "overrides are allowed"),
     m(49, Group::Override, Op::Override(49), "overrides are off"),
@@ -422,20 +445,20 @@ pub static CODES: &[Code] = &[
     m(52, Group::Override, Op::Override(52), "adaptive feed control"),
     m(53, Group::Override, Op::Override(53), "feed hold control"),
     m(60, Group::Stop, Op::PalletStop, "stops for a change of pallets"),
-    m(61, Group::ToolChange, Op::SetTool, "tool Q is in the spindle, without a change"),
-    m(62, Group::Output, Op::DigitalOutput(62), "output P on, in time with motion"),
-    m(63, Group::Output, Op::DigitalOutput(63), "output P off, in time with motion"),
-    m(64, Group::Output, Op::DigitalOutput(64), "output P on"),
-    m(65, Group::Output, Op::DigitalOutput(65), "output P off"),
-    m(67, Group::Output, Op::AnalogOutput(67), "analog output E at Q, in time with motion"),
-    m(68, Group::Output, Op::AnalogOutput(68), "analog output E at Q"),
-    m(70, Group::ModalState, Op::SaveModes, "saves the modes in force"),
-    m(71, Group::ModalState, Op::ForgetModes, "forgets the modes saved"),
-    m(72, Group::ModalState, Op::RestoreModes, "restores the modes saved"),
-    m(73, Group::ModalState, Op::SaveModesOfCall, "saves the modes in force until the subprogram ends"),
+    m(61, Group::ToolChange, Op::Function(Function::SetTool), "tool Q is in the spindle, without a change"),
+    m(62, Group::Output, Op::Function(Function::DigitalOutput(62)), "output P on, in time with motion"),
+    m(63, Group::Output, Op::Function(Function::DigitalOutput(63)), "output P off, in time with motion"),
+    m(64, Group::Output, Op::Function(Function::DigitalOutput(64)), "output P on"),
+    m(65, Group::Output, Op::Function(Function::DigitalOutput(65)), "output P off"),
+    m(67, Group::Output, Op::Function(Function::AnalogOutput(67)), "analog output E at Q, in time with motion"),
+    m(68, Group::Output, Op::Function(Function::AnalogOutput(68)), "analog output E at Q"),
+    m(70, Group::ModalState, Op::Modes(Modes::Save), "saves the modes in force"),
+    m(71, Group::ModalState, Op::Modes(Modes::Forget), "forgets the modes saved"),
+    m(72, Group::ModalState, Op::Modes(Modes::Restore), "restores the modes saved"),
+    m(73, Group::ModalState, Op::Modes(Modes::SaveForCall), "saves the modes in force until the subprogram ends"),
     m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
-    m(100, Group::UserFunction, Op::UserFunction, "user's functions, with P and Q"),
+    m(100, Group::UserFunction, Op::Function(Function::User), "user's functions, with P and Q"),
 ];
 
 /// Rows of the table by ten times the code's number, counted from 1; 0 where there is none.

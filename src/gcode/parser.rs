@@ -8,8 +8,10 @@ use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
 use nom::sequence::delimited;
 
-use super::block::{Block, Call, Message, MessageKind, Word, letter_bit};
-use super::control::{Assignment, Control, Label, Statement, after_label, computed_call, macro_b};
+use super::block::{Block, Call, Message, MessageKind, Word};
+use super::control::{
+    Assignment, Control, Label, Statement, after_label, computed_call, macro_b, stands_alone,
+};
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
@@ -419,25 +421,6 @@ impl<'a> Parsing<'a> {
         };
         self.faults.push(fault);
         None
-    }
-}
-
-/// Reports what stands beside a statement: nothing may, but a line number, and behind THEN what
-/// is set.
-fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
-    let Some(statement) = block.statement() else { return };
-    let word = block.first_of(!letter_bit(b'N')).map(|word| (word.start, word.end));
-    let set = block.assignments().first().map(|set| (set.start, set.end));
-    let is_then = matches!(statement.control, Control::Then(_));
-    let call = block.call.map(|call| (call.start, call.end));
-    if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
-        let message = "this stands beside a statement of control flow";
-        let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
-        faults.push(fault.help("put it into a block of its own"));
-    } else if is_then && set.is_none() {
-        let message = "THEN is not followed by a parameter that it sets";
-        let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);
-        faults.push(fault.help("write IF [#1 EQ 2] THEN #3 = 4"));
     }
 }
 

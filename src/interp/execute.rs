@@ -144,7 +144,8 @@ impl Output<'_> {
 }
 
 impl<'a> Executor<'a> {
-    /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97, no feed, no speed, no tool.
+    /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97 G98 (in the dialect `linuxcnc` G99),
+    /// no feed, no speed, no tool.
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
         Executor {
             machine,
@@ -181,7 +182,7 @@ impl<'a> Executor<'a> {
             cycle: Held::default(),
             compensation: None,
             motion_first: 0,
-            returns_to_r: false,
+            returns_to_r: options.dialect == Dialect::LinuxCnc,
             position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
             open: AxisSet::EMPTY,
             is_shifted: false,
@@ -271,16 +272,8 @@ impl<'a> Executor<'a> {
             | Op::FloodOn
             | Op::CoolantOff
             | Op::Override(_) => self.switch(op, block, out),
-            Op::SetTool
-            | Op::DigitalOutput(_)
-            | Op::AnalogOutput(_)
-            | Op::SpindleOrient
-            | Op::UserFunction => self.function(op, block, out),
-            Op::SaveModes | Op::SaveModesOfCall => {
-                self.save_modes(op == Op::SaveModesOfCall, asked.mm_per_unit_before);
-            }
-            Op::ForgetModes => self.forget_modes(),
-            Op::RestoreModes => self.restore_modes(block, out),
+            Op::Function(function) => self.function(function, block, out),
+            Op::Modes(change) => self.change_modes(change, block, *asked, out),
             Op::CompensationOff => self.compensation_off(block, out),
             Op::Compensate { left, by_diameter } => {
                 self.compensation_on((left, by_diameter), block, out)
@@ -328,10 +321,7 @@ impl<'a> Executor<'a> {
             | Op::Cycle(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
-            Op::End | Op::EndAndRewind => {
-                out.function(if op == Op::End { 2 } else { 30 });
-                return Flow::End;
-            }
+            Op::End | Op::EndAndRewind => return end(op, out),
             Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
         }
         Flow::Next
@@ -471,6 +461,11 @@ impl<'a> Executor<'a> {
 
 pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
+}
+
+fn end(op: Op, out: &mut Output<'_>) -> Flow {
+    out.function(if op == Op::End { 2 } else { 30 });
+    Flow::End
 }
 
 /// The number of the M function of a stop.

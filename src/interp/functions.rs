@@ -5,7 +5,7 @@
 //! rest at that time anyway, so they are as M64, M65 and M68.
 
 use crate::base::{EventKind, EventWords};
-use crate::gcode::codes::Op;
+use crate::gcode::codes::Function;
 use crate::gcode::{Block, Fault, Word, rules};
 
 use super::execute::{Executor, Output};
@@ -17,13 +17,13 @@ const OUTPUT_MAX: u32 = 9999;
 
 impl Executor<'_> {
     /// The M functions of this file.
-    pub(super) fn function(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
-        match op {
-            Op::SetTool => self.set_loaded(block, out),
-            Op::DigitalOutput(code) => switch_output(code, block, out),
-            Op::AnalogOutput(code) => set_output(code, block, out),
-            Op::SpindleOrient => self.orient(block, out),
-            _ => user_function(block, out),
+    pub(super) fn function(&mut self, function: Function, block: &Block, out: &mut Output<'_>) {
+        match function {
+            Function::SetTool => self.set_loaded(block, out),
+            Function::DigitalOutput(code) => switch_output(code, block, out),
+            Function::AnalogOutput(code) => set_output(code, block, out),
+            Function::SpindleOrient => self.orient(block, out),
+            Function::User => user_function(block, out),
         }
     }
 

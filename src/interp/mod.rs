@@ -54,12 +54,13 @@ pub enum Dialect {
     /// As LinuxCNC, but `#3000` raises an alarm.
     #[default]
     Iso,
-    /// `#3000` is a parameter like others.
+    /// `#3000` is a parameter like others; programs begin with G99.
     LinuxCnc,
-    /// Parameters that are not set have no value; FIX and FUP go towards and away from zero; AND
+    /// Parameters that are not set have no value, those from 1000 on are system variables; P of G4
+    /// is in milliseconds; G10 L10 to L13 set tools; FIX and FUP go towards and away from zero; AND
     /// OR XOR work on bits; `M98 P51000` is `M98 P1000 L5`.
     Fanuc,
-    /// As LinuxCNC.
+    /// As LinuxCNC, but programs begin with G98.
     Grbl,
 }
 

@@ -10,10 +10,10 @@
 //! its radius and its lead-in would be guessed: that is an error.
 
 use crate::base::{EventKind, Plane, Point};
-use crate::gcode::{Block, Fault, rules};
+use crate::gcode::{Block, Fault, codes, rules};
 
 use super::compensation::Compensation;
-use super::execute::{Executor, Output};
+use super::execute::{Asked, Executor, Output};
 use super::feed::{Feed, FeedMode, Turning};
 use super::motion::Corner;
 
@@ -123,8 +123,24 @@ impl Executor<'_> {
         }
     }
 
+    /// M70 to M73.
+    pub(super) fn change_modes(
+        &mut self,
+        change: codes::Modes,
+        block: &Block,
+        asked: Asked,
+        out: &mut Output<'_>,
+    ) {
+        match change {
+            codes::Modes::Save => self.save_modes(false, asked.mm_per_unit_before),
+            codes::Modes::SaveForCall => self.save_modes(true, asked.mm_per_unit_before),
+            codes::Modes::Forget => self.forget_modes(),
+            codes::Modes::Restore => self.restore_modes(block, out),
+        }
+    }
+
     /// M70, and M73 with `at_end`.
-    pub(super) fn save_modes(&mut self, at_end: bool, mm_per_unit: f64) {
+    fn save_modes(&mut self, at_end: bool, mm_per_unit: f64) {
         let modes = Some(Box::new(self.modes(mm_per_unit)));
         if let Some(level) = self.saved.last_mut() {
             *level = Saved { modes, at_end };
@@ -137,14 +153,14 @@ impl Executor<'_> {
     }
 
     /// M71
-    pub(super) fn forget_modes(&mut self) {
+    fn forget_modes(&mut self) {
         if let Some(level) = self.saved.last_mut() {
             level.modes = None;
         }
     }
 
     /// M72
-    pub(super) fn restore_modes(&mut self, block: &Block, out: &mut Output<'_>) {
+    fn restore_modes(&mut self, block: &Block, out: &mut Output<'_>) {
         if let Some(word) = block
             .words()
             .iter()

@@ -1,11 +1,11 @@
 //! Polar coordinates: `@radius ^angle` (LinuxCNC) and G16, both about the program's origin.
 //!
-//! `@` and `^` stand for X and Y in every plane; what is missing of them is that of where the
+//! `@` and `^` stand for X and Y, in G17; what is missing of them is that of where the
 //! machine stands, and under G91 both are distances. G16 makes radius and angle of the words of the
 //! plane's two axes; under G91 only its angle can be told, for controls measure the radius from
 //! different places there.
 
-use crate::base::Axis;
+use crate::base::{Axis, Plane};
 use crate::gcode::codes::POLAR_LETTERS;
 use crate::gcode::{Block, Fault, Word, letter_set, rules};
 
@@ -52,6 +52,13 @@ impl Executor<'_> {
             faults.push(
                 fault.help("write X and Y beside G53, G92, G10 and the like, under G16 and G7"),
             );
+            return None;
+        }
+        if self.plane != Plane::Xy {
+            let message =
+                format!("{first} stands where the {} plane is in force", self.plane.name());
+            let fault = Fault::word(&rules::UNSUPPORTED_WORD, &first, message);
+            faults.push(fault.help("polar coordinates are of X and Y: write G17 before"));
             return None;
         }
         let from = [Axis::X, Axis::Y].map(|axis| self.position_in_program(axis));
