@@ -194,7 +194,7 @@ fn one_fault_makes_no_others() {
             "G0 X1\nM30\nO1\nG5.7\nX!\nM99",
             &["never-called 4:1", "never-called 5:1", "never-called 5:2"],
         ),
-        ("G0 X1\nO1\nG5.7\nM99", &["missing-end 2:1", "unknown-word 3:1"]),
+        ("G0 X1\nO1\nG5.7\nM99", &["missing-end 2:1", "never-called 3:1"]),
         // What stands behind the closing % is no part of the program.
         ("%\nG0 X1\n%\nwords\u{1}", &["after-end 4:1"]),
         ("G0 X1\n\u{0}\u{1}\u{2}\n\u{3}", &["not-text 2:1"]),

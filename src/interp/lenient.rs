@@ -43,8 +43,8 @@ pub(super) fn is_foreign_line(line: &[u8], faults: &mut Vec<Fault>) -> bool {
         [b'$', ..] => "lines that begin with $ are for the sender of another control: left out",
         _ => {
             let head: Vec<u8> = text.iter().take(5).map(u8::to_ascii_uppercase).collect();
-            if !matches!(head.as_slice(), [b'M', b'1', b'1', b'7' | b'8', b' '] | b"M117" | b"M118")
-            {
+            let digit_follows = head.get(4).is_some_and(u8::is_ascii_digit);
+            if !matches!(head.get(..4), Some(b"M117" | b"M118")) || digit_follows {
                 return false;
             }
             "M117 and M118 show a text on other controls: left out"
