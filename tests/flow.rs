@@ -327,7 +327,7 @@ fn modes_are_those_of_each_call() {
         ("G92 @5 ^1\nM30", &["missing-word 1:1", "axis-words-twice 1:5"]),
         ("M64\nM68 E1\nM61\nM30", &["missing-word 1:1", "missing-word 2:1", "missing-word 3:1"]),
         (
-            "#5220=2\n#5420=1\n#<_feed>=3\nM30",
+            "#5220=2\n#5420=1\n#<_value>=3\nM30",
             &["bad-parameter 1:1", "bad-parameter 2:1", "bad-parameter 3:1"],
         ),
     ] {

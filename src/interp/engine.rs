@@ -207,7 +207,7 @@ impl<'a> Engine<'a> {
     fn set_one(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
         let own = match target {
             Target::Number(number) => self.executor.set_parameter(*number, plain(value)),
-            Target::Name(name) => self.executor.named(name).map(|_| {
+            Target::Name(name) => self.parameters.is_own(name, &self.executor).then(|| {
                 let message = format!("#<{name}> is the control's own: it can only be read");
                 read_only(message, "give yours another name")
             }),

@@ -21,6 +21,10 @@ const CALL_DEPTH_MAX: usize = 10;
 /// Calls of one run, at most.
 const CALLS_MAX: u64 = 1_000_000;
 
+/// Passes of loops after which a run with errors is given up: what the loop waits for may be what
+/// the error has kept from happening.
+const PASSES_AFTER_ERROR: u64 = 1_000_000;
+
 /// Arguments of a call, and whether it is one by G65.
 pub(super) type Arguments<'a> = (&'a [(u32, f64)], bool);
 
@@ -218,6 +222,10 @@ impl Run<'_> {
     /// Counts a pass; false, and reported, if it is one too many.
     fn counts(&mut self, name: impl FnOnce() -> String, place: Place<'_>) -> bool {
         self.passes += 1;
+        if self.engine.findings.errors > 0 && self.passes > PASSES_AFTER_ERROR {
+            self.end = End::GivenUp;
+            return false;
+        }
         if self.passes <= self.max_passes {
             return true;
         }

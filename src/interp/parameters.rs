@@ -190,15 +190,22 @@ impl Parameters {
         Ok(if value.is_nan() && self.dialect == Dialect::Fanuc { EMPTY } else { value })
     }
 
+    /// Whether a named parameter is the control's own.
+    pub fn is_own(&self, name: &str, executor: &Executor<'_>) -> bool {
+        name.starts_with('_') && self.own(name, executor).is_some()
+    }
+
+    fn own(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
+        match name {
+            "_call_level" => Some(self.scopes.len() as f64),
+            "_value" | "_value_returned" => Some(0.0),
+            _ => executor.named(name),
+        }
+    }
+
     fn find(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
         if name.starts_with('_') {
-            let depth = self.scopes.len() as f64;
-            let own = || match name {
-                "_call_level" => Some(depth),
-                "_value" | "_value_returned" => Some(0.0),
-                _ => executor.named(name),
-            };
-            self.globals.get(name).copied().or_else(own)
+            self.globals.get(name).copied().or_else(|| self.own(name, executor))
         } else {
             self.named.get(name).copied()
         }
