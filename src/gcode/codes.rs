@@ -73,6 +73,9 @@ pub enum Op {
     ArcClockwise,
     ArcCounterClockwise,
     Cycle(Cycle),
+    Follow(Follow),
+    Turn(Turn),
+    WaitInput,
     MotionOff,
     Stop,
     OptionalStop,
@@ -82,6 +85,55 @@ pub enum Op {
     Return,
     Call,
     MacroCall,
+}
+
+/// Moves that follow something else than time alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Follow {
+    /// The spindle, along a thread (G33).
+    Thread,
+    /// The spindle, there and back (G33.1).
+    Tap,
+    /// A signal (G31).
+    Skip,
+    /// A probe, by the tenths of its code (G38.2 to G38.5).
+    Probe(u8),
+}
+
+impl Follow {
+    /// Letters that it makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Follow::Thread => "K",
+            Follow::Tap => "IK",
+            Follow::Skip | Follow::Probe(_) => "",
+        })
+    }
+}
+
+/// Cycles of lathes that work along a contour which stands elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// G70
+    Finish,
+    /// G71 and G72, by the code and what comes of pockets.
+    Rough {
+        /// G72: cuts go along X.
+        faces: bool,
+        /// Which of them are cut.
+        pockets: Pockets,
+    },
+}
+
+/// What roughing does with pockets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pockets {
+    /// All is cut.
+    Cut,
+    /// They are left (.1).
+    Leave,
+    /// Only they are cut (.2).
+    Only,
 }
 
 /// The canned cycles, by their G numbers.
@@ -251,12 +303,17 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => ARC_LETTERS | letter_bit(b'P'),
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
-        Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
+        Some(Op::SurfaceSpeed | Op::Compensate { by_diameter: false, .. }) => letter_bit(b'D'),
+        // L, where a lathe tool's tip points to, changes nothing on its path.
+        Some(Op::Compensate { by_diameter: true, .. }) => letter_set("DL"),
         Some(Op::SetOffsets) => letter_set("LPR"),
         Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
+        Some(Op::Follow(follow)) => follow.words(),
+        Some(Op::Turn(_)) => letter_set("DEIPQR"),
+        Some(Op::WaitInput) => letter_set("ELPQ"),
         Some(Op::Call) => letter_set("PL"),
         Some(_) | None => 0,
     };
@@ -309,13 +366,13 @@ pub static CODES: &[Code] = &[
     g(281, Group::NonModal, Op::StoreReference(0), "stores the first reference position"),
     g(300, Group::NonModal, Op::GoToReference(1), "goes to the second reference position"),
     g(301, Group::NonModal, Op::StoreReference(1), "stores the second reference position"),
-    no_g(310, Group::Motion, "moves until a signal comes"),
-    no_g(330, Group::Motion, "moves in step with the spindle"),
-    no_g(331, Group::Motion, "rigid tapping"),
-    no_g(382, Group::Motion, "probes towards the work, with an alarm when nothing is met"),
-    no_g(383, Group::Motion, "probes towards the work"),
-    no_g(384, Group::Motion, "probes away from the work, with an alarm when contact stays"),
-    no_g(385, Group::Motion, "probes away from the work"),
+    g(310, Group::Motion, Op::Follow(Follow::Skip), "moves until a signal comes"),
+    g(330, Group::Motion, Op::Follow(Follow::Thread), "moves in step with the spindle, K along the path a turn"),
+    g(331, Group::Motion, Op::Follow(Follow::Tap), "rigid tapping: there and back in step with the spindle"),
+    g(382, Group::Motion, Op::Follow(Follow::Probe(2)), "probes towards the work, with an alarm when nothing is met"),
+    g(383, Group::Motion, Op::Follow(Follow::Probe(3)), "probes towards the work"),
+    g(384, Group::Motion, Op::Follow(Follow::Probe(4)), "probes away from the work, with an alarm when contact stays"),
+    g(385, Group::Motion, Op::Follow(Follow::Probe(5)), "probes away from the work"),
     g(400, Group::Compensation, Op::CompensationOff, "cutter compensation is off"),
     g(410, Group::Compensation, Op::Compensate { left: true, by_diameter: false }, "cutter compensation, left of the path"),
     g(411, Group::Compensation, Op::Compensate { left: true, by_diameter: true }, "dynamic cutter compensation, left of the path"),
@@ -344,9 +401,16 @@ pub static CODES: &[Code] = &[
     g(650, Group::NonModal, Op::MacroCall, "calls the subprogram P with arguments"),
     g(680, Group::Rotation, Op::Rotation, "rotates coordinates"),
     g(690, Group::Rotation, Op::RotationOff, "ends the rotation of coordinates"),
+    g(700, Group::Motion, Op::Turn(Turn::Finish), "turns along the contour of the subprogram Q"),
+    g(710, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Cut }), "roughs out the contour of the subprogram Q in cuts along Z"),
+    g(711, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Leave }), "roughs out the contour of the subprogram Q in cuts along Z, but for pockets"),
+    g(712, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Only }), "roughs out the contour of the subprogram Q in cuts along Z, pockets only"),
+    g(720, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Cut }), "roughs out the contour of the subprogram Q in cuts along X"),
+    g(721, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Leave }), "roughs out the contour of the subprogram Q in cuts along X, but for pockets"),
+    g(722, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Only }), "roughs out the contour of the subprogram Q in cuts along X, pockets only"),
     g(730, Group::Motion, Op::Cycle(Cycle::DrillChipBreak), "drilling cycle with chip breaking"),
     g(740, Group::Motion, Op::Cycle(Cycle::TapLeft), "left-hand tapping cycle"),
-    g(760, Group::Motion, Op::Cycle(Cycle::BoreFine), "fine boring cycle: spindle oriented, rapid out beside the wall"),
+    g(760, Group::Motion, Op::Cycle(Cycle::BoreFine), "threading cycle (K and P stand in the block), or fine boring cycle: spindle oriented, rapid out beside the wall"),
     g(800, Group::Motion, Op::MotionOff, "no motion code and no cycle is in force"),
     g(810, Group::Motion, Op::Cycle(Cycle::Drill), "drilling cycle"),
     g(820, Group::Motion, Op::Cycle(Cycle::DrillDwell), "drilling cycle with a dwell"),
@@ -391,6 +455,7 @@ pub static CODES: &[Code] = &[
     m(52, Group::Override, Op::Override(52), "adaptive feed control"),
     m(53, Group::Override, Op::Override(53), "feed hold control"),
     m(60, Group::Stop, Op::PalletStop, "stops for a change of pallets"),
+    m(66, Group::NonModal, Op::WaitInput, "waits for an input"),
     m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
 ];

@@ -5,6 +5,7 @@ use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
+use super::threading::THREAD_LETTERS;
 use super::words::{conflict, go_together, unsupported};
 
 impl Executor<'_> {
@@ -20,13 +21,6 @@ impl Executor<'_> {
         let mut groups = 0_u32;
         for word in block.words() {
             if !matches!(word.letter, b'G' | b'M') {
-                if word.letter == b'E' {
-                    let help = "numbers have no exponents: write all digits";
-                    let message = format!("{word} means nothing here");
-                    let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-                    faults.push(fault.help(help));
-                    asked.is_foreign = true;
-                }
                 continue;
             }
             let Some(code) = codes::find(word.letter, word.value) else {
@@ -110,13 +104,21 @@ impl Executor<'_> {
         }
         match mode {
             MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
+            MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),
-            MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
+            MotionMode::Follow(follow) => used |= follow.words(),
+            MotionMode::Turn(_) | MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {
             return false;
         }
         for word in block.words().iter().filter(|word| letter_bit(word.letter) & !used != 0) {
+            if word.letter == b'E' {
+                let message = format!("{word} means nothing here");
+                let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+                faults.push(fault.help("numbers have no exponents: write all digits"));
+                continue;
+            }
             let message = format!("nothing in this block makes use of {word}");
             let fault = Fault::word(&rules::UNUSED_WORD, word, message);
             faults.push(match word.letter {

@@ -6,10 +6,10 @@
 //! be open.
 
 use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
-use crate::gcode::codes::{Code, Cycle, Group, Op};
+use crate::gcode::codes::{AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Turn};
 use crate::gcode::{Block, Fault, rules};
 
-use super::Options;
+use super::{Dialect, Options};
 use super::compensation::Compensation;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
@@ -17,6 +17,7 @@ use super::flow::Flow;
 use super::frames::Frames;
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
+use super::probe::Signals;
 use super::tools::Tools;
 use super::words::{call_flow, leads_to};
 
@@ -31,6 +32,10 @@ pub(super) enum MotionMode {
         ccw: bool,
     },
     Cycle(Cycle),
+    /// Moves that follow the spindle or an input.
+    Follow(Follow),
+    /// Cycles along a contour.
+    Turn(Turn),
     /// A code that is not supported: its axis words are its own.
     Foreign,
 }
@@ -39,6 +44,7 @@ pub(super) enum MotionMode {
 #[derive(Debug)]
 pub(super) struct Executor<'a> {
     pub(super) machine: &'a Machine,
+    pub(super) dialect: Dialect,
     pub(super) axes: AxisSet,
     pub(super) motion: MotionMode,
     pub(super) plane: Plane,
@@ -69,6 +75,7 @@ pub(super) struct Executor<'a> {
     /// A bit for each work coordinate system whose lack of a place has been said.
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
+    pub(super) signals: Signals,
     pub(super) compensation: Option<Compensation>,
     /// How much motion there was before the block, or before its G40.
     pub(super) motion_first: usize,
@@ -127,6 +134,7 @@ impl<'a> Executor<'a> {
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
         Executor {
             machine,
+            dialect: options.dialect,
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
             motion: MotionMode::None,
             plane: Plane::Xy,
@@ -149,6 +157,7 @@ impl<'a> Executor<'a> {
             references: [None; 2],
             systems_missed: 0,
             cycle: Held::default(),
+            signals: Signals::default(),
             compensation: None,
             motion_first: 0,
             returns_to_r: false,
@@ -209,9 +218,10 @@ impl<'a> Executor<'a> {
             self.execute(*op, block, &mut asked, out);
         }
         self.run_motion(block, asked, out);
-        let mut flow = Flow::Next;
+        let mut flow = self.turn_flow(block, asked, out);
         for (_, op) in stops {
-            flow = self.execute(*op, block, &mut asked, out);
+            let after = self.execute(*op, block, &mut asked, out);
+            flow = if flow == Flow::Next { after } else { flow };
         }
         self.codes = codes;
         if self.compensation.is_some() {
@@ -278,12 +288,15 @@ impl<'a> Executor<'a> {
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
             Op::GoToReference(index) => self.go_to_reference(index, block, *asked, out),
+            Op::WaitInput => self.wait_for_input(block, out),
             Op::StoreReference(index) => self.store_reference(index),
             Op::Rapid
             | Op::Line
             | Op::ArcClockwise
             | Op::ArcCounterClockwise
             | Op::Cycle(_)
+            | Op::Follow(_)
+            | Op::Turn(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
             Op::End | Op::EndAndRewind => {
@@ -293,6 +306,17 @@ impl<'a> Executor<'a> {
             Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
         }
         Flow::Next
+    }
+
+    /// Whether the block asks for a lathe cycle, which needs a contour from elsewhere.
+    fn turn_flow(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) -> Flow {
+        let MotionMode::Turn(turn) = self.motion else { return Flow::Next };
+        let asks = asked.is_motion_named || block.letters() & AXIS_LETTERS != 0;
+        if !asks || asked.axes_claimed || asked.is_faulty || !self.judge_turn(turn, block, out.faults)
+        {
+            return Flow::Next;
+        }
+        Flow::Turn(turn)
     }
 
     fn set_motion(&mut self, op: Op, asked: &mut Asked) {
@@ -428,6 +452,8 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::ArcClockwise => Some(MotionMode::Arc { ccw: false }),
         Op::ArcCounterClockwise => Some(MotionMode::Arc { ccw: true }),
         Op::Cycle(cycle) => Some(MotionMode::Cycle(cycle)),
+        Op::Follow(follow) => Some(MotionMode::Follow(follow)),
+        Op::Turn(turn) => Some(MotionMode::Turn(turn)),
         Op::MotionOff => Some(MotionMode::None),
         _ => None,
     }

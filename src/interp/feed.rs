@@ -210,7 +210,7 @@ impl Executor<'_> {
     }
 
     /// Turns of the spindle a minute, where they are known.
-    fn turns_min(&self) -> Option<f64> {
+    pub(super) fn turns_min(&self) -> Option<f64> {
         self.spindle_rpm.filter(|rpm| *rpm > 0.0 && !self.by_surface)
     }
 

@@ -6,6 +6,7 @@
 use std::io;
 use std::rc::Rc;
 
+use crate::gcode::codes::Turn;
 use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules};
 
 use super::Options;
@@ -40,6 +41,8 @@ pub(super) enum Flow {
         number: u32,
         repeats: u32,
     },
+    /// A lathe cycle along a contour that stands elsewhere.
+    Turn(Turn),
     /// M2, M30
     End,
     /// The program has raised an alarm.

@@ -25,16 +25,20 @@ mod motions;
 mod moves;
 mod offsets;
 mod parameters;
+mod probe;
 mod program;
 mod run;
 mod system;
+mod threading;
 mod tools;
 mod travel;
+mod turning;
+mod turns;
 mod words;
 
 pub use arc::FULL_CIRCLE_MM;
 pub use check::{Checked, Said, Summary, check};
-pub use motion::{Corner, Motion, Move, MoveKind};
+pub use motion::{Bound, Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
 pub use tools::{Tool, Tools, ToolsError};
 

@@ -7,7 +7,7 @@ use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 use super::arc::{ArcTask, center_letter};
 use super::execute::{Asked, Executor, MotionMode, Output};
 use super::frames::sin_cos_deg;
-use super::motion::{Corner, Motion, Move, MoveKind};
+use super::motion::{Bound, Corner, Motion, Move, MoveKind};
 use super::words::{machine_coordinates_alone, whole};
 
 /// Letters of the axes that turn.
@@ -22,7 +22,9 @@ impl Executor<'_> {
     pub(super) fn run_motion(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if let MotionMode::Cycle(cycle) = self.motion {
             let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
-            if asks && !asked.axes_claimed {
+            if asks && !asked.axes_claimed && self.is_thread(cycle, block) {
+                self.thread_cycle(block, asked, out);
+            } else if asks && !asked.axes_claimed {
                 self.run_cycle(cycle, block, asked, out);
             }
             return;
@@ -30,6 +32,10 @@ impl Executor<'_> {
         let is_arc = matches!(self.motion, MotionMode::Arc { .. });
         let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
+        if matches!(self.motion, MotionMode::Turn(_)) {
+            // It goes along a contour, which is not of this block.
+            return;
+        }
         let Some(first) = first else {
             if asked.machine_coordinates && !asked.is_faulty {
                 machine_coordinates_alone(block, out.faults);
@@ -41,7 +47,11 @@ impl Executor<'_> {
         let is_whole = !asked.is_faulty && out.faults.len() == faults_before;
         let kind = match self.motion {
             _ if !is_whole => None,
-            MotionMode::Foreign | MotionMode::Cycle(_) => None,
+            MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Turn(_) => None,
+            MotionMode::Follow(follow) => {
+                self.follow(follow, block, &to, asked, out);
+                return;
+            }
             MotionMode::None => {
                 let message = format!("{first} moves an axis, but no motion code is in force");
                 let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);
@@ -78,13 +88,18 @@ impl Executor<'_> {
     ) {
         let is_line = matches!(kind, MoveKind::Line { .. });
         let turns_only = is_line && self.turns_only(block, to);
+        let mut step = self.step(block, to, kind, out.line);
+        step.corner = corner.unwrap_or(self.corner);
+        self.apply_feed(&mut step, turns_only);
+        out.motions.push(Motion::Move(step));
+    }
+
+    /// A move from where the machine stands, without the feed in force.
+    pub(super) fn step(&mut self, block: &Block, to: &Point, kind: MoveKind, line: u32) -> Move {
         let from = std::mem::replace(&mut self.position_mm, *to);
         // A word that is no line number has been reported.
         let n = block.word(b'N').map(|word| word.value as u32);
-        let corner = corner.unwrap_or(self.corner);
-        let mut step = Move { line: out.line, n, from, to: *to, kind, corner };
-        self.apply_feed(&mut step, turns_only);
-        out.motions.push(Motion::Move(step));
+        Move { line, n, from, to: *to, kind, corner: self.corner, bound: Bound::Free }
     }
 
     /// Where the axis words lead; the position that a faulty word leads to is open.

@@ -17,6 +17,7 @@ use super::findings::Place;
 use super::flow::Flow;
 use super::motion::Motion;
 use super::program::{Library, Tape, parse_line, program_number};
+use super::turns::Awaited;
 use super::{Dialect, MAX_PASSES, Options};
 
 /// What is being run from what is kept.
@@ -78,6 +79,8 @@ pub(super) struct Run<'a> {
     /// The line of each call that is being run.
     pub(super) calls: Vec<u32>,
     pub(super) calls_made: u64,
+    /// The lathe cycle whose contour is being read.
+    pub(super) awaited: Option<Awaited>,
 }
 
 impl<'a> Run<'a> {
@@ -98,6 +101,7 @@ impl<'a> Run<'a> {
             frames: Vec::new(),
             calls: Vec::new(),
             calls_made: 0,
+            awaited: None,
         }
     }
 
@@ -113,6 +117,7 @@ impl<'a> Run<'a> {
             self.step_main(motions)?;
         } else {
             self.step_body(motions)?;
+            self.end_contour(motions);
         }
         if self.end != End::Running {
             self.finish(motions);
@@ -211,8 +216,14 @@ impl<'a> Run<'a> {
     }
 
     /// Goes where a block leads.
-    fn follow(&mut self, flow: Flow, block: &Block, place: Place<'_>) -> io::Result<()> {
+    fn follow(
+        &mut self,
+        flow: Flow,
+        block: &Block,
+        place: Place<'_>,
+    ) -> io::Result<()> {
         match flow {
+            Flow::Turn(turn) => self.turn(turn, block, place)?,
             Flow::Next | Flow::Statement | Flow::Unreadable => {}
             Flow::End => self.end = End::Word,
             Flow::Alarm => self.end = End::GivenUp,

@@ -7,6 +7,13 @@ use super::execute::Executor;
 /// Where the machine stands, axis by axis (RS274/NGC).
 const POSITION: std::ops::Range<u32> = 5420..5429;
 
+/// Where the last probe ended, and whether it met something (RS274/NGC; FANUC as G31).
+const PROBED: std::ops::Range<u32> = 5061..5070;
+const HAS_MET: u32 = 5070;
+
+/// What M66 has read.
+const INPUT: u32 = 5399;
+
 impl Executor<'_> {
     /// A numbered parameter of the control, if it is supported.
     pub fn parameter(&self, number: u32) -> Option<f64> {
@@ -14,7 +21,14 @@ impl Executor<'_> {
             let axis = Axis::ALL.get((number - POSITION.start) as usize)?;
             return Some(self.position_in_program(*axis));
         }
-        None
+        if PROBED.contains(&number) {
+            return self.signals.probed.get((number - PROBED.start) as usize).copied();
+        }
+        match number {
+            HAS_MET => Some(f64::from(u8::from(self.signals.has_met))),
+            INPUT => Some(self.signals.input),
+            _ => None,
+        }
     }
 
     /// A named parameter of the control, in lower case with its `_`, if it is supported.
@@ -33,7 +47,7 @@ impl Executor<'_> {
     }
 
     /// The position on an axis as the program would give it.
-    fn position_in_program(&self, axis: Axis) -> f64 {
+    pub(super) fn position_in_program(&self, axis: Axis) -> f64 {
         let scale = if axis.is_rotary() { 1.0 } else { self.mm_per_unit };
         self.frames.program(&self.position_mm)[axis] / scale
     }
