@@ -54,15 +54,32 @@ fn findings(text: &str) -> Vec<String> {
     checked.diagnostics.iter().map(show).collect()
 }
 
+/// What the first line of a sample says of itself: `(machine: ideal; dialect: fanuc)`.
+fn said<'t>(text: &'t str, what: &str) -> Option<&'t str> {
+    let first = text.lines().next()?;
+    let (_, rest) = first.split_once(&format!("{what}: "))?;
+    rest.split([';', ')']).next()
+}
+
 #[test]
 fn good_samples_mean_what_they_meant() {
     let golden = files("tests/language", "jsonl");
     assert!(!golden.is_empty());
     for expected in golden {
         let name = expected.file_stem().unwrap().to_str().unwrap();
-        let sample = root().join("samples/good").join(name).with_extension("nc");
+        let folders = ["samples/good", "samples/lathe"];
+        let sample = folders
+            .map(|folder| root().join(folder).join(name).with_extension("nc"))
+            .into_iter()
+            .find(|sample| sample.exists())
+            .unwrap();
         let mut command = Command::cargo_bin("cnc").unwrap();
-        command.args(["interpret", "--json", "--machine", "starmill"]).arg(&sample);
+        let text = fs::read_to_string(&sample).unwrap();
+        let machine = said(&text, "machine").unwrap_or("starmill");
+        command.args(["interpret", "--json", "--machine", machine]).arg(&sample);
+        if let Some(dialect) = said(&text, "dialect") {
+            command.args(["--dialect", dialect]);
+        }
         let output = command.assert().success().get_output().stdout.clone();
         let output = String::from_utf8(output).unwrap();
         if std::env::var_os("UPDATE").is_some() {
@@ -166,7 +183,20 @@ fn the_reference_is_that_of_the_tables() {
 fn one_fault_makes_no_others() {
     for (text, expected) in [
         // The axis words of blocks in the force of a code that is not supported.
-        ("G33 X1 Z-3 K1\nX2 Y2\nX500\nG80\nM30", &["unsupported-word 1:1"][..]),
+        ("G6.2 X1 Z-3 K1\nX2 Y2\nX500\nG80\nM30", &["unsupported-word 1:1"][..]),
+        // A thread that cannot be cut, once; its ends are where they are.
+        ("S1 M3\nG33 X1 K1\nX2 K1\nG80\nM30", &["spindle-sync 2:1"]),
+        ("S1 M3\nG76 P1 Z-5 I-1 J.1 K1\nG91 G0 X500\nM30", &["spindle-sync 2:1"]),
+        ("G31 X1 F9\nG38.3 X2\nX3\nM30", &["no-inputs 1:1"]),
+        // Contours: each fault once, at its line, and none of the cycle.
+        (
+            "G18 F9\nO1 sub\nG1 X5\nG81 X7\nO1 endsub\nG71 Q1\nG70 Q1\nG0 X500\nM30",
+            &["contour 4:1"],
+        ),
+        ("G18 F9\nG71 Q1 X1\nG0 X500\nM30", &["unknown-subprogram 2:1"]),
+        ("G18 F9\nG71 X1\nM30", &["missing-word 2:1"]),
+        ("G17 F9\nG71 Q1 X1\nM30", &["cycle-mode 2:1"]),
+        ("G18 F9\nG71 Q1 I0\nM30\nO1\nX5 Z-1\nX9 Z-3\nM99", &["bad-value 2:9"]),
         // An unknown position makes no arc wrong.
         ("G0 X[1/0]\nG2 X10 I5 F100\nM30", &["arithmetic 1:4"]),
         // Offsets that are not supported leave open where everything lies.
