@@ -190,13 +190,13 @@ fn one_fault_makes_no_others() {
         ("G31 X1 F9\nG38.3 X2\nX3\nM30", &["no-inputs 1:1"]),
         // Contours: each fault once, at its line, and none of the cycle.
         (
-            "G18 F9\nO1 sub\nG1 X5\nG81 X7\nO1 endsub\nG71 Q1\nG70 Q1\nG0 X500\nM30",
+            "G18 F9\nO1 sub\nG1 X5\nG81 X7\nO1 endsub\nG71 Q1\nG70 Q1\nG0 Y1\nM30",
             &["contour 4:1"],
         ),
-        ("G18 F9\nG71 Q1 X1\nG0 X500\nM30", &["unknown-subprogram 2:1"]),
+        ("G18 F9\nG71 Q1 X1\nG0 Y1\nM30", &["unknown-subprogram 2:1"]),
         ("G18 F9\nG71 X1\nM30", &["missing-word 2:1"]),
         ("G17 F9\nG71 Q1 X1\nM30", &["cycle-mode 2:1"]),
-        ("G18 F9\nG71 Q1 I0\nM30\nO1\nX5 Z-1\nX9 Z-3\nM99", &["bad-value 2:9"]),
+        ("G18 F9\nG71 Q1 I0\nM30\nO1\nX5 Z-1\nX9 Z-3\nM99", &["bad-value 2:8"]),
         // An unknown position makes no arc wrong.
         ("G0 X[1/0]\nG2 X10 I5 F100\nM30", &["arithmetic 1:4"]),
         // Offsets that are not supported leave open where everything lies.

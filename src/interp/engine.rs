@@ -8,7 +8,7 @@ use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
 use super::Options;
 use super::check::Said;
 use super::duration::too_slow;
-use super::execute::{Executor, Output};
+use super::execute::{Executor, Output, is_error};
 use super::findings::{Findings, Place};
 use super::flow::Flow;
 use super::motion::Motion;
@@ -118,6 +118,7 @@ impl<'a> Engine<'a> {
         }
         if let Some(contour) = &mut self.contour {
             contour.add(&words, &mut self.faults);
+            contour.is_faulty |= self.faults.iter().any(is_error);
             self.executor.follow_contour(contour.at());
         }
         Flow::Next

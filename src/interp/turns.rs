@@ -27,8 +27,6 @@ pub(super) struct Awaited {
     depth: usize,
     /// Where the machine stands meanwhile.
     position_mm: Point,
-    /// Errors found before.
-    errors: u64,
 }
 
 impl Run<'_> {
@@ -62,7 +60,6 @@ impl Run<'_> {
                 file: place.file.map(str::to_owned),
                 depth,
                 position_mm,
-                errors: self.engine.findings.errors,
             });
         }
         Ok(())
@@ -74,7 +71,7 @@ impl Run<'_> {
         let Some(awaited) = self.awaited.take_if(is_over) else { return };
         let Some(contour) = self.engine.contour.take() else { return };
         self.engine.executor.position_mm = awaited.position_mm;
-        if self.engine.findings.errors > awaited.errors {
+        if contour.is_faulty {
             self.engine.executor.forget_position();
             return;
         }

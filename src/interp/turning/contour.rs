@@ -17,7 +17,7 @@ const PIECES_MAX: usize = 10_000;
 const LETTERS: u32 = letter_set("XZUWIKRACG");
 
 /// Letters that a contour may hold and that mean nothing to it.
-const FREE_LETTERS: u32 = letter_set("FNST");
+const FREE_LETTERS: u32 = letter_set("FNOST");
 
 /// How a contour goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +33,8 @@ pub(in crate::interp) struct Contour {
     at: Vector,
     way: Way,
     modes: Modes,
+    /// Whether a block of it has an error.
+    pub(in crate::interp) is_faulty: bool,
 }
 
 /// What words of a contour mean.
@@ -51,7 +53,7 @@ pub(super) struct Modes {
 impl Contour {
     /// Begins at a point, Z and X.
     pub(super) fn new(at: Vector, modes: Modes) -> Contour {
-        Contour { pieces: Vec::new(), at, way: Way::Straight, modes }
+        Contour { pieces: Vec::new(), at, way: Way::Straight, modes, is_faulty: false }
     }
 
     /// Where it has come to: Z and X, in program units.
