@@ -49,7 +49,15 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
         };
         let line = i as u32 + 1;
         let corner = Default::default();
-        segments.extend(path::segment(&Move { line, n: None, from: at, to, kind, corner, bound: Bound::Free }));
+        segments.extend(path::segment(&Move {
+            line,
+            n: None,
+            from: at,
+            to,
+            kind,
+            corner,
+            bound: Bound::Free,
+        }));
         at = to;
     }
     segments.retain(|segment| segment.length_mm() > 0.0);

@@ -76,6 +76,12 @@ pub enum Op {
     Follow(Follow),
     Turn(Turn),
     WaitInput,
+    /// G50 of a lathe.
+    LatheSetting,
+    Stock(Stock),
+    /// G76 of a lathe.
+    ThreadCycle,
+    Single(Single),
     MotionOff,
     Stop,
     OptionalStop,
@@ -123,6 +129,30 @@ pub enum Turn {
         /// Which of them are cut.
         pockets: Pockets,
     },
+}
+
+/// Cycles of FANUC-style lathes along a contour that stands in the same program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stock {
+    /// G70
+    Finish,
+    /// G71
+    Turn,
+    /// G72
+    Face,
+    /// G73
+    Repeat,
+}
+
+/// Cycles of FANUC-style lathes that cut once: in, along, out, back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Single {
+    /// G90
+    Turn,
+    /// G92
+    Thread,
+    /// G94
+    Face,
 }
 
 /// What roughing does with pockets.

@@ -56,6 +56,7 @@ rules! {
     SYSTEM_UNSET Warning "system-unset" "A work coordinate system that nothing has placed: it is taken at the machine's work zero.";
     REFERENCE_UNSET Error "reference-unset" "G28 or G30 goes to a reference position that neither the profile nor the program tells.";
     UNKNOWN_TOOL Error "unknown-tool" "A tool whose length or diameter is needed does not stand in the tool table.";
+    OFFSET_UNSET Warning "offset-unset" "A T word of a lathe calls an offset that the tool table does not hold: it is taken as 0.";
     TRANSFORMED Error "transformed" "An offset is set while scaling, rotation or polar coordinates are in force.";
     CYCLE_LEVEL Error "cycle-level" "The R level of a canned cycle lies below its bottom.";
     CYCLE_MODE Error "cycle-mode" "A canned cycle stands where the modes in force leave no room for one.";

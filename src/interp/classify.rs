@@ -1,7 +1,7 @@
 //! Which codes a block holds, and whether they can stand together.
 
 use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op};
-use crate::gcode::{Block, Fault, letter_bit, rules};
+use crate::gcode::{Block, Fault, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
@@ -23,7 +23,8 @@ impl Executor<'_> {
             if !matches!(word.letter, b'G' | b'M') {
                 continue;
             }
-            let Some(code) = codes::find(word.letter, word.value) else {
+            let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
+            let Some(code) = own.or_else(|| codes::find(word.letter, word.value)) else {
                 faults.push(Fault::word(
                     &rules::UNKNOWN_WORD,
                     word,
@@ -98,6 +99,9 @@ impl Executor<'_> {
         if asked.is_foreign || mode == MotionMode::Foreign {
             return false;
         }
+        if self.is_lathe() && self.names_twice(block, faults) {
+            return true;
+        }
         let mut used = FREE_LETTERS | AXIS_LETTERS;
         for (code, _) in &self.codes {
             used |= code.words;
@@ -107,7 +111,12 @@ impl Executor<'_> {
             MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),
             MotionMode::Follow(follow) => used |= follow.words(),
-            MotionMode::Turn(_) | MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
+            MotionMode::Single(_) => used |= letter_bit(b'R'),
+            MotionMode::Turn(_)
+            | MotionMode::None
+            | MotionMode::Rapid
+            | MotionMode::Line
+            | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {
             return false;

@@ -2,7 +2,7 @@
 //! said, and what is left goes to the executor.
 
 use crate::base::Machine;
-use crate::gcode::codes::Turn;
+use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
 
 use super::Options;
@@ -138,6 +138,21 @@ impl<'a> Engine<'a> {
         let mut out = Output { line: place.line, motions, faults: &mut self.faults };
         self.executor.turn(turn, block, contour, &mut out);
         self.executor.compensate(block, &mut out);
+        self.judge(&motions[first..], block, place);
+    }
+
+    /// Runs a cycle of a FANUC-style lathe along a contour.
+    pub fn cut_stock(
+        &mut self,
+        stock: Stock,
+        block: &Block,
+        contour: &Contour,
+        place: Place<'_>,
+        motions: &mut Vec<Motion>,
+    ) {
+        let first = motions.len();
+        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        self.executor.cut_stock(stock, block, contour, &mut out);
         self.judge(&motions[first..], block, place);
     }
 

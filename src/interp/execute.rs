@@ -6,10 +6,9 @@
 //! be open.
 
 use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Turn};
+use crate::gcode::codes::{AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, Stock, Turn};
 use crate::gcode::{Block, Fault, rules};
 
-use super::{Dialect, Options};
 use super::compensation::Compensation;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
@@ -19,7 +18,9 @@ use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
 use super::probe::Signals;
 use super::tools::Tools;
+use super::turning::Lathe;
 use super::words::{call_flow, leads_to};
+use super::{Dialect, Options};
 
 /// The motion code in force.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -36,6 +37,8 @@ pub(super) enum MotionMode {
     Follow(Follow),
     /// Cycles along a contour.
     Turn(Turn),
+    /// Cycles of lathes that cut once.
+    Single(Single),
     /// A code that is not supported: its axis words are its own.
     Foreign,
 }
@@ -76,6 +79,7 @@ pub(super) struct Executor<'a> {
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
     pub(super) signals: Signals,
+    pub(super) lathe: Lathe,
     pub(super) compensation: Option<Compensation>,
     /// How much motion there was before the block, or before its G40.
     pub(super) motion_first: usize,
@@ -106,6 +110,8 @@ pub(super) struct Asked {
     pub axes_claimed: bool,
     /// A motion code stands in the block.
     pub is_motion_named: bool,
+    /// A cycle of a lathe whose contour stands elsewhere in the program.
+    pub stock: Option<Stock>,
     /// The motion code in force before the block.
     pub motion_before: MotionMode,
     /// What becomes of the corner at this block's end, if not what the mode says.
@@ -131,20 +137,22 @@ impl Output<'_> {
 
 impl<'a> Executor<'a> {
     /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97, no feed, no speed, no tool.
+    /// On a lathe G18 and G99, and X words are diameters.
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
+        let is_lathe = options.dialect == Dialect::FanucLathe;
         Executor {
             machine,
             dialect: options.dialect,
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
             motion: MotionMode::None,
-            plane: Plane::Xy,
+            plane: if is_lathe { Plane::Zx } else { Plane::Xy },
             mm_per_unit: 1.0,
             absolute: true,
             centers_absolute: false,
             polar: false,
-            diameters: false,
+            diameters: is_lathe,
             corner: Corner::Exact,
-            feed_mode: FeedMode::PerMinute,
+            feed_mode: if is_lathe { FeedMode::PerTurn } else { FeedMode::PerMinute },
             feed: None,
             feed_missed: false,
             spindle_rpm: None,
@@ -158,6 +166,7 @@ impl<'a> Executor<'a> {
             systems_missed: 0,
             cycle: Held::default(),
             signals: Signals::default(),
+            lathe: Lathe::default(),
             compensation: None,
             motion_first: 0,
             returns_to_r: false,
@@ -288,6 +297,10 @@ impl<'a> Executor<'a> {
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
             Op::GoToReference(index) => self.go_to_reference(index, block, *asked, out),
+            Op::LatheSetting => self.set_lathe(block, out),
+            Op::Stock(stock) => asked.stock = Some(stock),
+            Op::ThreadCycle if !asked.is_faulty => self.two_block_thread(block, out),
+            Op::ThreadCycle => self.forget_position(),
             Op::WaitInput => self.wait_for_input(block, out),
             Op::StoreReference(index) => self.store_reference(index),
             Op::Rapid
@@ -297,6 +310,7 @@ impl<'a> Executor<'a> {
             | Op::Cycle(_)
             | Op::Follow(_)
             | Op::Turn(_)
+            | Op::Single(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
             Op::End | Op::EndAndRewind => {
@@ -310,13 +324,13 @@ impl<'a> Executor<'a> {
 
     /// Whether the block asks for a lathe cycle, which needs a contour from elsewhere.
     fn turn_flow(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) -> Flow {
+        if let Some(stock) = asked.stock.filter(|_| !asked.is_faulty) {
+            return self.stock_flow(stock, block, out.faults);
+        }
         let MotionMode::Turn(turn) = self.motion else { return Flow::Next };
         let asks = asked.is_motion_named || block.letters() & AXIS_LETTERS != 0;
-        if !asks || asked.axes_claimed || asked.is_faulty || !self.judge_turn(turn, block, out.faults)
-        {
-            return Flow::Next;
-        }
-        Flow::Turn(turn)
+        let asks = asks && !asked.axes_claimed && !asked.is_faulty;
+        if asks && self.judge_turn(turn, block, out.faults) { Flow::Turn(turn) } else { Flow::Next }
     }
 
     fn set_motion(&mut self, op: Op, asked: &mut Asked) {
@@ -420,7 +434,12 @@ impl<'a> Executor<'a> {
             Some(word) if word.value < 0.0 => {
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, "a dwell cannot be negative"));
             }
-            Some(word) => out.event(EventKind::Dwell(word.value)),
+            Some(word) => {
+                // FANUC lathes count P in milliseconds, X and U in seconds.
+                let is_ms = word.letter == b'P' && self.is_lathe();
+                let seconds = if is_ms { word.value / 1000.0 } else { word.value };
+                out.event(EventKind::Dwell(seconds));
+            }
             None if asked.is_faulty => {}
             None => {
                 let message = "G4 has no P, the time to wait";
@@ -454,6 +473,7 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::Cycle(cycle) => Some(MotionMode::Cycle(cycle)),
         Op::Follow(follow) => Some(MotionMode::Follow(follow)),
         Op::Turn(turn) => Some(MotionMode::Turn(turn)),
+        Op::Single(single) => Some(MotionMode::Single(single)),
         Op::MotionOff => Some(MotionMode::None),
         _ => None,
     }

@@ -58,13 +58,22 @@ pub enum Dialect {
     /// Parameters that are not set have no value; FIX and FUP go towards and away from zero; AND
     /// OR XOR work on bits; `M98 P51000` is `M98 P1000 L5`.
     Fanuc,
+    /// As `Fanuc`, on a lathe: X words are diameters, U and W distances, and what differs from
+    /// mills besides (G code system A).
+    FanucLathe,
     /// As LinuxCNC.
     Grbl,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 4] = [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Grbl];
+    pub const ALL: [Dialect; 5] =
+        [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::FanucLathe, Dialect::Grbl];
+
+    /// Whether it is that of a FANUC-style control.
+    pub fn is_fanuc(self) -> bool {
+        matches!(self, Dialect::Fanuc | Dialect::FanucLathe)
+    }
 
     /// Its name on the command line and in dumps.
     pub fn name(self) -> &'static str {
@@ -72,6 +81,7 @@ impl Dialect {
             Dialect::Iso => "iso",
             Dialect::LinuxCnc => "linuxcnc",
             Dialect::Fanuc => "fanuc",
+            Dialect::FanucLathe => "fanuc-lathe",
             Dialect::Grbl => "grbl",
         }
     }

@@ -32,6 +32,12 @@ impl Executor<'_> {
         let is_arc = matches!(self.motion, MotionMode::Arc { .. });
         let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
+        if let MotionMode::Single(single) = self.motion {
+            if block.letters() & AXIS_LETTERS != 0 && !asked.axes_claimed {
+                self.cut_once(single, block, asked, out);
+            }
+            return;
+        }
         if matches!(self.motion, MotionMode::Turn(_)) {
             // It goes along a contour, which is not of this block.
             return;
@@ -47,7 +53,8 @@ impl Executor<'_> {
         let is_whole = !asked.is_faulty && out.faults.len() == faults_before;
         let kind = match self.motion {
             _ if !is_whole => None,
-            MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Turn(_) => None,
+            MotionMode::Foreign | MotionMode::Cycle(_) => None,
+            MotionMode::Turn(_) | MotionMode::Single(_) => None,
             MotionMode::Follow(follow) => {
                 self.follow(follow, block, &to, asked, out);
                 return;
@@ -116,7 +123,7 @@ impl Executor<'_> {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
             if asked.machine_coordinates {
                 to[axis] = value;
-            } else if self.absolute {
+            } else if self.is_position(word) {
                 to[axis] = self.frames.offset_mm()[axis] + value;
             } else {
                 to[axis] += value;
@@ -141,7 +148,7 @@ impl Executor<'_> {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
             // The angle of polar coordinates has no other unit.
             let value = if self.polar && axis == second { word.value } else { value };
-            to[axis] = if self.absolute { value } else { from[axis] + value };
+            to[axis] = if self.is_position(word) { value } else { from[axis] + value };
         }
         let words = [first, second].map(|axis| block.word(axis.letter() as u8));
         let Some(word) = words[0].or(words[1]).filter(|_| self.polar) else { return to };
@@ -179,10 +186,7 @@ impl Executor<'_> {
         word: &Word,
         faults: &mut Vec<Fault>,
     ) -> Option<(Axis, f64)> {
-        if AXIS_LETTERS & letter_bit(word.letter) == 0 {
-            return None;
-        }
-        let axis = Axis::from_letter(word.letter)?;
+        let axis = self.axis_of(word.letter)?;
         if !self.axes.contains(axis) {
             let message = format!("{word}: the machine {} has no {axis} axis", self.machine.id);
             let fault = Fault::word(&rules::MISSING_AXIS, word, message);

@@ -297,7 +297,7 @@ impl Executor<'_> {
         let by_way = self.target(block, asked, out.faults);
         let mut reference_mm = by_way;
         for axis in self.axes.iter() {
-            if has_words && !block.has(axis.letter() as u8) {
+            if has_words && !self.names_axis(block, axis) {
                 continue;
             }
             let Some(at_mm) = self.reference_mm(index, axis) else {
@@ -347,6 +347,9 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::LocalOffset
             | Op::SetPosition
             | Op::GoToReference(_)
+            | Op::LatheSetting
+            | Op::Stock(_)
+            | Op::ThreadCycle
             | Op::LengthOffsetByWords
             | Op::Scaling
             | Op::Rotation

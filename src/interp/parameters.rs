@@ -13,6 +13,7 @@ use crate::gcode::{Binary, Block, Function, Step};
 
 use super::Dialect;
 use super::execute::Executor;
+use super::system::PROBED;
 
 /// No value at all: a word that has it is left out.
 pub(super) const EMPTY: f64 = f64::from_bits(0x7ff8_0000_0000_0001);
@@ -146,7 +147,7 @@ impl Parameters {
     }
 
     fn set_number(&mut self, number: u32, value: f64) -> Result<Set, NoValue> {
-        let raises = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
+        let raises = self.dialect == Dialect::Iso || self.dialect.is_fanuc();
         if number == ALARM && raises {
             return Ok(Set::Alarm(value));
         }
@@ -166,7 +167,7 @@ impl Parameters {
     }
 
     fn range(&self, number: u32) -> Result<(), NoValue> {
-        if self.dialect == Dialect::Fanuc && number >= 1000 {
+        if self.dialect.is_fanuc() && number >= 1000 && !PROBED.contains(&number) {
             let message = format!("the system variable #{number} is not supported");
             return refuse(&rules::BAD_PARAMETER, message);
         }
@@ -192,7 +193,7 @@ impl Parameters {
             );
         }
         let value = self.numbered.get(number as usize).copied().unwrap_or(UNSET);
-        Ok(if value.is_nan() && self.dialect == Dialect::Fanuc { EMPTY } else { value })
+        Ok(if value.is_nan() && self.dialect.is_fanuc() { EMPTY } else { value })
     }
 
     fn find(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
@@ -282,7 +283,7 @@ impl Parameters {
     }
 
     fn function(&self, function: Function, x: f64) -> Value {
-        let is_fanuc = self.dialect == Dialect::Fanuc;
+        let is_fanuc = self.dialect.is_fanuc();
         let value = match function {
             Function::Abs => x.abs(),
             Function::Acos if x.abs() <= 1.0 => x.acos().to_degrees(),
@@ -309,7 +310,7 @@ impl Parameters {
     fn binary(&self, operator: Binary, first: f64, second: f64) -> Value {
         let (a, b) = (plain(first), plain(second));
         let bits = |combine: fn(i64, i64) -> i64, logic: fn(bool, bool) -> bool| {
-            if self.dialect == Dialect::Fanuc {
+            if self.dialect.is_fanuc() {
                 combine(a as i64, b as i64) as f64
             } else {
                 truth(logic(a != 0.0, b != 0.0))

@@ -183,7 +183,7 @@ impl<'a> Run<'a> {
                 Ok(())
             }
             Flow::Statement => self.statement_of_main(&block, place),
-            flow => self.follow(flow, &block, place),
+            flow => self.follow(flow, &block, place, motions),
         }
     }
 
@@ -212,7 +212,7 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         self.calls.clone_from(&calls);
-        self.follow(flow, block, place)
+        self.follow(flow, block, place, motions)
     }
 
     /// Goes where a block leads.
@@ -221,9 +221,13 @@ impl<'a> Run<'a> {
         flow: Flow,
         block: &Block,
         place: Place<'_>,
+        motions: &mut Vec<Motion>,
     ) -> io::Result<()> {
         match flow {
             Flow::Turn(turn) => self.turn(turn, block, place)?,
+            Flow::Stock { stock, first, last } => {
+                self.stock((stock, first, last), block, place, motions)?;
+            }
             Flow::Next | Flow::Statement | Flow::Unreadable => {}
             Flow::End => self.end = End::Word,
             Flow::Alarm => self.end = End::GivenUp,
@@ -236,7 +240,7 @@ impl<'a> Run<'a> {
             Flow::Return(target) => self.return_to(target, block, place)?,
             Flow::Call { number, repeats } => {
                 // `P51000` without L: the last four digits are the program, the others say how often.
-                let is_joined = self.dialect == Dialect::Fanuc
+                let is_joined = self.dialect.is_fanuc()
                     && number > 9999
                     && !block.has(b'L')
                     && block.call.is_none();

@@ -8,7 +8,7 @@ use super::execute::Executor;
 const POSITION: std::ops::Range<u32> = 5420..5429;
 
 /// Where the last probe ended, and whether it met something (RS274/NGC; FANUC as G31).
-const PROBED: std::ops::Range<u32> = 5061..5070;
+pub(super) const PROBED: std::ops::Range<u32> = 5061..5070;
 const HAS_MET: u32 = 5070;
 
 /// What M66 has read.

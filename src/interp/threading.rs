@@ -107,6 +107,9 @@ impl Executor<'_> {
     ) {
         let name = if follow == Follow::Tap { "G33.1" } else { "G33" };
         let pitch_mm = match block.word(b'K') {
+            None if self.dialect.is_fanuc() && follow == Follow::Thread => {
+                self.pitch_by_lead(name, block, &self.position_mm, to, out.faults)
+            }
             Some(word) if word.value == 0.0 => {
                 let message = format!("{name}: a pitch of 0 leads nowhere");
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
@@ -137,6 +140,26 @@ impl Executor<'_> {
             self.go_synced(block, &start, pitch_mm * rpm * back, out);
             self.turn_spindle(false, rpm, out);
         }
+    }
+
+    /// What F, a lead along the longer of Z and X, is along the path.
+    pub(super) fn pitch_by_lead(
+        &self,
+        name: &str,
+        block: &Block,
+        from: &Point,
+        to: &Point,
+        faults: &mut Vec<Fault>,
+    ) -> Option<f64> {
+        let Some(feed) = self.feed else {
+            let message = format!("{name} has no F, the lead of the thread a turn");
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return None;
+        };
+        let ways = Axis::LINEAR.map(|axis| (to[axis] - from[axis]).abs());
+        let longest = ways.into_iter().fold(0.0, f64::max);
+        let length = ways.iter().map(|way| way * way).sum::<f64>().sqrt();
+        (longest > 0.0).then(|| feed.mm * length / longest)
     }
 
     /// Starts the spindle the way it turns, or the other way round.

@@ -68,6 +68,8 @@ impl Contour {
                 Some(Op::Rapid | Op::Line) => self.way = Way::Straight,
                 Some(Op::ArcClockwise) => self.way = Way::Arc { ccw: false },
                 Some(Op::ArcCounterClockwise) => self.way = Way::Arc { ccw: true },
+                // The nose of the tool is compensated when the contour is finished.
+                Some(Op::CompensationOff | Op::Compensate { .. }) => {}
                 _ => {
                     let message = format!("{word} stands in the contour of a lathe cycle");
                     let fault = Fault::word(&rules::CONTOUR, word, message);

@@ -1,29 +1,40 @@
-//! Lathe cycles along a contour: roughing (G71, G72) and finishing (G70), as LinuxCNC has them.
+//! Lathe cycles: roughing (G71, G72) and finishing (G70) along the contour of a subprogram, as
+//! LinuxCNC has them, and the cycles of FANUC-style lathes.
 //!
-//! The contour is a subprogram that is read, not run. Everything is worked out in program units, in
-//! the ZX plane, and comes out as rapids, lines and arcs of the block that asks for it.
+//! Cycles along a contour are worked out in program units, in the ZX plane, and come out as rapids,
+//! lines and arcs of the block that asks for them.
 
 mod contour;
+mod lathe;
 mod profile;
 mod rough;
+mod stock;
 
 use crate::base::{Axis, Plane, Point};
-use crate::gcode::codes::Turn;
+use crate::gcode::codes::{Pockets, Stock, Turn};
 use crate::gcode::{Block, Fault, Word, rules};
 
 pub(super) use contour::Contour;
 use contour::Modes;
+pub(super) use lathe::Lathe;
 
 use super::cycles::PASSES_MAX;
 use super::execute::{Executor, Output};
+use super::flow::Flow;
 use super::motion::MoveKind;
 use super::words::whole;
 use profile::{Round, Vector};
 use rough::{Roughing, Way, finish, rough};
+use stock::{Allowance, cut};
 
 impl Executor<'_> {
     /// Reports what leaves no room for a lathe cycle.
-    pub(super) fn judge_turn(&mut self, turn: Turn, block: &Block, faults: &mut Vec<Fault>) -> bool {
+    pub(super) fn judge_turn(
+        &mut self,
+        turn: Turn,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> bool {
         let mode = if self.plane != Plane::Zx {
             Some(("another plane than ZX is in force", "write G18 before it"))
         } else if self.compensation.is_some() && turn != Turn::Finish {
@@ -91,9 +102,8 @@ impl Executor<'_> {
         [Axis::X, Axis::Z].into_iter().for_each(|axis| self.axes_used.insert(axis));
         let start = self.turn_start(block);
         self.go_way(block, Way::Rapid(start), out);
-        let value = |letter: u8, otherwise: f64| {
-            block.word(letter).map_or(otherwise, |word| word.value)
-        };
+        let value =
+            |letter: u8, otherwise: f64| block.word(letter).map_or(otherwise, |word| word.value);
         let ways = match turn {
             Turn::Finish => {
                 let passes = match block.word(b'P') {
@@ -118,6 +128,106 @@ impl Executor<'_> {
                 let words = Roughing { faces, pockets, distance, shift, depth, escape };
                 rough(pieces, start, &words)
             }
+        };
+        match ways {
+            Ok(ways) => ways.into_iter().for_each(|way| self.go_way(block, way, out)),
+            Err(message) => {
+                let message = format!("this contour cannot be cut so: {message}");
+                out.faults.push(Fault::block(&rules::CONTOUR, block, message));
+                self.forget_position();
+            }
+        }
+    }
+
+    /// G70 to G73 of a FANUC-style lathe: the first of two blocks is kept, the second asks for the
+    /// contour.
+    pub(super) fn stock_flow(
+        &mut self,
+        stock: Stock,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> Flow {
+        let (Some(first), Some(last)) = (block.word(b'P'), block.word(b'Q')) else {
+            self.take_cut(stock, block, faults);
+            return Flow::Next;
+        };
+        let numbers = [first, last].map(|word| whole(word, 999_999_999, faults));
+        let [Some(first), Some(last)] = numbers else { return Flow::Next };
+        if stock != Stock::Finish {
+            let cut = self.lathe.cut;
+            let is_set = match stock {
+                Stock::Repeat => cut.passes > 0,
+                _ => cut.depth_mm > 0.0,
+            };
+            if !is_set {
+                let message = "no block before says how deep the cuts are";
+                let fault = Fault::block(&rules::MISSING_WORD, block, message);
+                let help = "write a block before, as G71 U2 R0.5, G72 W2 R0.5 or G73 U5 W2 R4";
+                faults.push(fault.help(help));
+                return Flow::Next;
+            }
+            if !self.judge_turn(Turn::Rough { faces: false, pockets: Pockets::Cut }, block, faults)
+            {
+                return Flow::Next;
+            }
+        }
+        Flow::Stock { stock, first, last }
+    }
+
+    fn take_cut(&mut self, stock: Stock, block: &Block, faults: &mut Vec<Fault>) {
+        let mm = self.mm_per_unit;
+        let value = |letter: u8| block.word(letter).map_or(0.0, |word| word.value * mm);
+        let cut = &mut self.lathe.cut;
+        let (needed, names) = match stock {
+            Stock::Finish => (&b"PQ"[..], "P and Q, the first and last block of its contour"),
+            Stock::Turn => (&b"U"[..], "P and Q, or U, the depth of a cut"),
+            Stock::Face => (&b"W"[..], "P and Q, or W, the depth of a cut"),
+            Stock::Repeat => (&b"R"[..], "P and Q, or R, how often it is repeated"),
+        };
+        if let Some(letter) = needed.iter().find(|letter| !block.has(**letter)) {
+            let message = format!("there is no {}: this cycle needs {names}", char::from(*letter));
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return;
+        }
+        match stock {
+            Stock::Finish => {}
+            Stock::Turn | Stock::Face => {
+                let depth = if stock == Stock::Turn { b'U' } else { b'W' };
+                (cut.depth_mm, cut.escape_mm) = (value(depth).abs(), value(b'R').abs());
+            }
+            Stock::Repeat => {
+                cut.relief_mm = [value(b'W'), value(b'U')];
+                let passes = block.word(b'R').and_then(|word| whole(word, 1000, faults));
+                cut.passes = passes.unwrap_or(0);
+            }
+        }
+    }
+
+    /// G71 to G73 of a FANUC-style lathe along a contour.
+    pub(super) fn cut_stock(
+        &mut self,
+        stock: Stock,
+        block: &Block,
+        contour: &Contour,
+        out: &mut Output<'_>,
+    ) {
+        [Axis::X, Axis::Z].into_iter().for_each(|axis| self.axes_used.insert(axis));
+        let position = self.frames.program(&self.position_mm);
+        let start = [Axis::Z, Axis::X].map(|axis| position[axis] / self.mm_per_unit);
+        let value = |letter: u8| block.word(letter).map_or(0.0, |word| word.value);
+        let share = if self.diameters { 0.5 } else { 1.0 };
+        let lathe = self.lathe.cut;
+        let words = Allowance {
+            left: [value(b'W'), value(b'U') * share],
+            depth: lathe.depth_mm / self.mm_per_unit,
+            escape: lathe.escape_mm / self.mm_per_unit,
+            relief: lathe.relief_mm.map(|relief| relief / self.mm_per_unit),
+            passes: lathe.passes,
+        };
+        let ways = if contour.pieces.len() < 2 {
+            Err("it has less than two pieces: the first leads in to it")
+        } else {
+            cut(stock, &contour.pieces, start, &words)
         };
         match ways {
             Ok(ways) => ways.into_iter().for_each(|way| self.go_way(block, way, out)),

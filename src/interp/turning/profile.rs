@@ -341,7 +341,10 @@ fn fill_gaps(pieces: &mut Vec<Piece>, by: f64, ccw: bool) {
             before.offset(-by);
             behind.offset(-by);
             let center = middle(before.end, behind.start);
-            pieces.insert(at, Piece { round: Some(Round { center, ccw }), ..Piece::line(start, end) });
+            pieces.insert(
+                at,
+                Piece { round: Some(Round { center, ccw }), ..Piece::line(start, end) },
+            );
             at += 1;
         }
         at += 1;

@@ -51,17 +51,17 @@ pub(super) struct Roughing {
 }
 
 /// A contour, turned, and the way back.
-struct Turned {
-    pieces: Vec<Piece>,
+pub(super) struct Turned {
+    pub pieces: Vec<Piece>,
     back: Turning,
-    ways: Vec<Way>,
+    pub ways: Vec<Way>,
 }
 
 type Done = Result<(), &'static str>;
 
 impl Turned {
     /// A contour that is led in to from a point.
-    fn new(pieces: &[Piece], start: Vector) -> Turned {
+    pub fn new(pieces: &[Piece], start: Vector) -> Turned {
         let mut contour = Turned::of(pieces);
         if let Some(lead) = contour.pieces.first_mut() {
             lead.start = start;
@@ -73,7 +73,7 @@ impl Turned {
         Turned { pieces: pieces.to_vec(), back: [[1.0, 0.0], [0.0, 1.0]], ways: Vec::new() }
     }
 
-    fn turn(&mut self, turning: &Turning) {
+    pub fn turn(&mut self, turning: &Turning) {
         self.pieces.iter_mut().for_each(|piece| piece.turn(turning));
         self.back = after(&self.back, &undone(turning));
     }
@@ -103,12 +103,12 @@ impl Turned {
         Ok(())
     }
 
-    fn straight(&mut self, to: Vector, fast: bool) -> Done {
+    pub fn straight(&mut self, to: Vector, fast: bool) -> Done {
         self.add(if fast { Way::Rapid(to) } else { Way::Line(to) })
     }
 
     /// Goes along a piece to a point of it.
-    fn along(&mut self, piece: &Piece, to: Vector) -> Done {
+    pub fn along(&mut self, piece: &Piece, to: Vector) -> Done {
         self.add(piece.round.map_or(Way::Line(to), |round| Way::Arc(round, to)))
     }
 }
@@ -173,7 +173,7 @@ pub(super) fn rough(
 
 impl Turned {
     /// Brings the contour into the position in which it is cut, its corners done.
-    fn prepare(&mut self) -> Done {
+    pub fn prepare(&mut self) -> Done {
         self.swap();
         finish_corners(&mut self.pieces).ok_or(NO_CORNER)?;
         if let Some(lead) = self.pieces.first_mut() {
@@ -242,7 +242,12 @@ impl Turned {
 
     /// One cut at the level of a location, up to what is in its way; false where another piece
     /// begins right there.
-    fn cut(&mut self, at: &mut usize, location: Vector, words: &Roughing) -> Result<bool, &'static str> {
+    fn cut(
+        &mut self,
+        at: &mut usize,
+        location: Vector,
+        words: &Roughing,
+    ) -> Result<bool, &'static str> {
         for piece in *at..self.pieces.len() {
             let found = self.pieces[piece].meets_level(location[1]);
             let end = if piece == *at { found.last() } else { found.first() };
@@ -295,8 +300,7 @@ impl Turned {
         if found.is_empty() {
             found = piece.meets_level(level - SAME);
         }
-        let is_past =
-            if ccw { location[0] - SAME > center[0] } else { location[0] <= center[0] };
+        let is_past = if ccw { location[0] - SAME > center[0] } else { location[0] <= center[0] };
         if is_past {
             return Ok(true);
         }
