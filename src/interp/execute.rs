@@ -258,10 +258,7 @@ impl<'a> Executor<'a> {
             | Op::MistOn
             | Op::FloodOn
             | Op::CoolantOff => self.switch(op, block, out),
-            Op::CompensationOff => self.compensation_off(block, out),
-            Op::Compensate { left, by_diameter } => {
-                self.compensation_on((left, by_diameter), block, out)
-            }
+            Op::CompensationOff | Op::Compensate { .. } => self.set_compensation(op, block, out),
             Op::Dwell => self.dwell(block, asked, out),
             Op::MachineCoordinates => asked.machine_coordinates = true,
             Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
@@ -297,10 +294,8 @@ impl<'a> Executor<'a> {
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
             Op::GoToReference(index) => self.go_to_reference(index, block, *asked, out),
-            Op::LatheSetting => self.set_lathe(block, out),
+            Op::LatheSetting | Op::ThreadCycle => self.run_lathe(op, block, asked, out),
             Op::Stock(stock) => asked.stock = Some(stock),
-            Op::ThreadCycle if !asked.is_faulty => self.two_block_thread(block, out),
-            Op::ThreadCycle => self.forget_position(),
             Op::WaitInput => self.wait_for_input(block, out),
             Op::StoreReference(index) => self.store_reference(index),
             Op::Rapid
@@ -313,10 +308,7 @@ impl<'a> Executor<'a> {
             | Op::Single(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
-            Op::End | Op::EndAndRewind => {
-                out.function(if op == Op::End { 2 } else { 30 });
-                return Flow::End;
-            }
+            Op::End | Op::EndAndRewind => return end(op, out),
             Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
         }
         Flow::Next
@@ -452,6 +444,12 @@ impl<'a> Executor<'a> {
 
 pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
+}
+
+/// M2 and M30
+fn end(op: Op, out: &mut Output<'_>) -> Flow {
+    out.function(if op == Op::End { 2 } else { 30 });
+    Flow::End
 }
 
 /// The number of the M function of a stop.

@@ -235,6 +235,13 @@ impl Executor<'_> {
                 return None;
             }
         }
+        let [first, height] = [block.word(b'J')?, block.word(b'K')?];
+        if first.value >= height.value {
+            let message =
+                format!("the first depth, {first}, is not less than the height, {height}");
+            faults.push(Fault::word(&rules::BAD_VALUE, first, message));
+            return None;
+        }
         if end[Axis::Z] == start[Axis::Z] {
             let word = block.word(b'Z')?;
             let message = "the thread would have no length: Z is where it ends";

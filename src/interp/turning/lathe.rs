@@ -11,7 +11,7 @@
 //! Threads end square: the pull-out that a parameter of the control adds to G92 is not made.
 
 use crate::base::{Axis, EventKind, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Single};
+use crate::gcode::codes::{AXIS_LETTERS, Op, Single};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use crate::interp::Dialect;
@@ -102,8 +102,23 @@ impl Executor<'_> {
         true
     }
 
+    /// G50 and G76
+    pub(in crate::interp) fn run_lathe(
+        &mut self,
+        op: Op,
+        block: &Block,
+        asked: &Asked,
+        out: &mut Output<'_>,
+    ) {
+        match op {
+            Op::ThreadCycle if asked.is_faulty => self.forget_position(),
+            Op::ThreadCycle => self.two_block_thread(block, out),
+            _ => self.set_lathe(block, out),
+        }
+    }
+
     /// G50: S is the greatest speed; axis words say where the tool stands.
-    pub(in crate::interp) fn set_lathe(&mut self, block: &Block, out: &mut Output<'_>) {
+    fn set_lathe(&mut self, block: &Block, out: &mut Output<'_>) {
         if let Some(word) = block.word(b'S') {
             self.lathe.rpm_max = Some(word.value);
             if let Some((m_min, _)) = self.lathe.surface {
@@ -214,7 +229,7 @@ impl Executor<'_> {
     }
 
     /// G76: the first block says how threads are cut, the second cuts one.
-    pub(in crate::interp) fn two_block_thread(&mut self, block: &Block, out: &mut Output<'_>) {
+    fn two_block_thread(&mut self, block: &Block, out: &mut Output<'_>) {
         if block.letters() & AXIS_LETTERS == 0 {
             self.take_thread_words(block, out.faults);
             return;

@@ -103,7 +103,15 @@ impl Turned {
         Ok(())
     }
 
+    /// Goes straight to a point, unless the tool is there already but for rounding.
     pub fn straight(&mut self, to: Vector, fast: bool) -> Done {
+        let at = match self.ways.last() {
+            Some(Way::Rapid(at) | Way::Line(at) | Way::Arc(_, at)) => Some(*at),
+            None => None,
+        };
+        if at.is_some_and(|at| length(minus(turned(&self.back, to), at)) < SAME) {
+            return Ok(());
+        }
         self.add(if fast { Way::Rapid(to) } else { Way::Line(to) })
     }
 
@@ -300,7 +308,8 @@ impl Turned {
         if found.is_empty() {
             found = piece.meets_level(level - SAME);
         }
-        let is_past = if ccw { location[0] - SAME > center[0] } else { location[0] <= center[0] };
+        let is_past =
+            if ccw { location[0] - SAME > center[0] } else { location[0] <= center[0] + SAME };
         if is_past {
             return Ok(true);
         }
@@ -330,7 +339,7 @@ impl Turned {
             self.straight(piece.end, false)?;
             return Ok(false);
         };
-        if if ccw { location[0] < center[0] } else { location[0] > center[0] } {
+        if if ccw { location[0] < center[0] - SAME } else { location[0] > center[0] + SAME } {
             return Ok(true);
         }
         let end = if ccw { top_of(&piece, center) } else { piece.end };
@@ -353,8 +362,8 @@ impl Turned {
         };
         let (begin, end) = match piece.round {
             None => (first, piece.end),
-            Some(Round { center, ccw: false }) if last <= center[0] => (last, piece.end),
-            Some(Round { center, ccw: true }) if first >= center[0] => {
+            Some(Round { center, ccw: false }) if last <= center[0] + SAME => (last, piece.end),
+            Some(Round { center, ccw: true }) if first >= center[0] - SAME => {
                 (first, top_of(&piece, center))
             }
             Some(_) => return Ok(()),
