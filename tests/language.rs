@@ -332,6 +332,20 @@ fn lathe_programs_lead_where_they_say() {
     }
 }
 
+/// A probe that cannot move is a mistake, unless only the assumption has brought it there.
+#[test]
+fn probes_have_a_way_to_go() {
+    for (text, rules) in [
+        ("G38.2 X0 F9\nM30", &["bad-value"][..]),
+        ("G38.2 X5 F9\nG38.3 X5\nG0 X[#5061+1]\nG38.2 X6\nM30", &["bad-value"]),
+        ("G38.2 X5 F9\nG38.3 X5\nM30", &[]),
+    ] {
+        let checked = check(text.as_bytes(), &ideal());
+        let found: Vec<_> = checked.diagnostics.iter().map(|found| found.rule).collect();
+        assert_eq!(found, rules, "{text}");
+    }
+}
+
 #[test]
 fn words_that_are_right_are_taken() {
     for text in [

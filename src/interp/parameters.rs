@@ -496,7 +496,7 @@ mod tests {
             ("#[1/2]", "bad-parameter"),
             ("#[0-1]", "bad-parameter"),
             ("#6000", "bad-parameter"),
-            ("#5061", "bad-parameter"),
+            ("#5071", "bad-parameter"),
         ] {
             check(Dialect::Iso, text, Err(rule));
         }

@@ -25,6 +25,8 @@ pub(super) struct Signals {
     pub sync_missed: bool,
     /// Where the last probe ended, as the program calls it: `#5061` to `#5069`.
     pub probed: [f64; AXES],
+    /// The same in machine coordinates.
+    ended_mm: Option<Point>,
     /// Whether it met something: `#5070`.
     pub has_met: bool,
     /// What the last M66 has read: `#5399`.
@@ -68,6 +70,10 @@ impl Executor<'_> {
             self.position_mm = *to;
             return;
         }
+        if *to == self.position_mm && self.signals.ended_mm == Some(*to) {
+            // The assumption has led it here: a real probe would have stopped before.
+            return;
+        }
         if *to == self.position_mm {
             let message = format!("{name}: the probe stands at the end of its move already");
             let fault = Fault::block(&rules::BAD_VALUE, block, message);
@@ -80,7 +86,7 @@ impl Executor<'_> {
             step.bound = Bound::Input;
         }
         self.signals.probed = Axis::ALL.map(|axis| self.position_in_program(axis));
-        self.signals.has_met = true;
+        (self.signals.has_met, self.signals.ended_mm) = (true, Some(*to));
     }
 
     /// M66: the value read is 1 where the wait is for a rise or a high level, else 0.
