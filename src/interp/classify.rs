@@ -5,6 +5,7 @@ use crate::gcode::{Block, Fault, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
+use super::spline::{LOOK_AHEAD_LETTERS, is_look_ahead};
 use super::threading::THREAD_LETTERS;
 use super::words::{conflict, go_together, unsupported};
 
@@ -44,6 +45,7 @@ impl Executor<'_> {
             }
             groups |= bit;
             match code.op {
+                Some(op) if is_look_ahead(op, block) => self.codes.push((code, Op::LookAhead)),
                 Some(op) => self.codes.push((code, op)),
                 None => {
                     faults.push(unsupported(code, word));
@@ -103,13 +105,14 @@ impl Executor<'_> {
             return true;
         }
         let mut used = FREE_LETTERS | AXIS_LETTERS;
-        for (code, _) in &self.codes {
-            used |= code.words;
+        for (code, op) in &self.codes {
+            used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }
         match mode {
             MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
             MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),
+            MotionMode::Spline(code) => used |= code.words(),
             MotionMode::Follow(follow) => used |= follow.words(),
             MotionMode::Single(_) => used |= letter_bit(b'R'),
             MotionMode::Turn(_)

@@ -9,7 +9,7 @@ use super::execute::{Asked, Executor, MotionMode, Output, is_error};
 use super::words::whole;
 
 impl Executor<'_> {
-    /// G40 to G42.1
+    /// G40 to G42.1.
     pub(super) fn set_compensation(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
         match op {
             Op::Compensate { left, by_diameter } => {
@@ -130,6 +130,7 @@ impl Executor<'_> {
 
     /// The program is over: the machine stays where compensation has led it.
     pub(super) fn finish(&mut self, block: &Block, out: &mut Output<'_>) {
+        self.end_without_nurbs(block, out.faults);
         self.end_compensation(block, out);
         if let Some(stage) = self.compensation.take() {
             self.position_mm = stage.position_mm();

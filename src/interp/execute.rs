@@ -6,7 +6,9 @@
 //! be open.
 
 use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, Stock, Turn};
+use crate::gcode::codes::{
+    AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
+};
 use crate::gcode::{Block, Fault, rules};
 
 use super::compensation::Compensation;
@@ -17,6 +19,7 @@ use super::frames::Frames;
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
 use super::probe::Signals;
+use super::spline::SplineState;
 use super::tools::Tools;
 use super::turning::Lathe;
 use super::words::{call_flow, leads_to};
@@ -39,6 +42,7 @@ pub(super) enum MotionMode {
     Turn(Turn),
     /// Cycles of lathes that cut once.
     Single(Single),
+    Spline(SplineCode),
     /// A code that is not supported: its axis words are its own.
     Foreign,
 }
@@ -80,6 +84,7 @@ pub(super) struct Executor<'a> {
     pub(super) cycle: Held,
     pub(super) signals: Signals,
     pub(super) lathe: Lathe,
+    pub(super) spline: SplineState,
     pub(super) compensation: Option<Compensation>,
     /// How much motion there was before the block, or before its G40.
     pub(super) motion_first: usize,
@@ -116,6 +121,17 @@ pub(super) struct Asked {
     pub motion_before: MotionMode,
     /// What becomes of the corner at this block's end, if not what the mode says.
     pub corner: Option<Corner>,
+}
+
+impl Asked {
+    /// Takes what is not modal and has to wait for the block's motion.
+    fn note(&mut self, op: Op) {
+        match op {
+            Op::MachineCoordinates => self.machine_coordinates = true,
+            Op::Stock(stock) => self.stock = Some(stock),
+            _ => self.corner = Some(Corner::Stop),
+        }
+    }
 }
 
 /// Where a block stands, and where what it makes goes.
@@ -167,6 +183,7 @@ impl<'a> Executor<'a> {
             cycle: Held::default(),
             signals: Signals::default(),
             lathe: Lathe::default(),
+            spline: SplineState::default(),
             compensation: None,
             motion_first: 0,
             returns_to_r: false,
@@ -213,6 +230,7 @@ impl<'a> Executor<'a> {
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
         asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
+        asked.is_faulty |= self.breaks_nurbs(block, asked, out.faults);
         self.motion_first = out.motions.len();
         if !asked.is_faulty {
             asked.is_faulty = self.has_unused_words(block, asked, out.faults);
@@ -247,7 +265,7 @@ impl<'a> Executor<'a> {
         asked.axes_claimed |= claims_axes(op);
         match op {
             // Done with F; or nothing that this machine could be told.
-            Op::Inches | Op::Millimetres | Op::Override(_) => {}
+            Op::Inches | Op::Millimetres | Op::Override(_) | Op::LookAhead => {}
             Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
             Op::ToolChange
             | Op::SurfaceSpeed
@@ -260,8 +278,7 @@ impl<'a> Executor<'a> {
             | Op::CoolantOff => self.switch(op, block, out),
             Op::CompensationOff | Op::Compensate { .. } => self.set_compensation(op, block, out),
             Op::Dwell => self.dwell(block, asked, out),
-            Op::MachineCoordinates => asked.machine_coordinates = true,
-            Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
+            Op::MachineCoordinates | Op::ExactStopOnce | Op::Stock(_) => asked.note(op),
             Op::PlaneXy
             | Op::PlaneZx
             | Op::PlaneYz
@@ -295,18 +312,19 @@ impl<'a> Executor<'a> {
             | Op::RotationOff => self.set_frames(op, block, out.faults),
             Op::GoToReference(index) => self.go_to_reference(index, block, *asked, out),
             Op::LatheSetting | Op::ThreadCycle => self.run_lathe(op, block, asked, out),
-            Op::Stock(stock) => asked.stock = Some(stock),
             Op::WaitInput => self.wait_for_input(block, out),
             Op::StoreReference(index) => self.store_reference(index),
             Op::Rapid
             | Op::Line
             | Op::ArcClockwise
             | Op::ArcCounterClockwise
+            | Op::Spline(_)
             | Op::Cycle(_)
             | Op::Follow(_)
             | Op::Turn(_)
             | Op::Single(_)
             | Op::MotionOff => self.set_motion(op, asked),
+            Op::NurbsEnd => self.end_nurbs(block, asked, out),
             Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
             Op::End | Op::EndAndRewind => return end(op, out),
             Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
@@ -472,7 +490,8 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::Follow(follow) => Some(MotionMode::Follow(follow)),
         Op::Turn(turn) => Some(MotionMode::Turn(turn)),
         Op::Single(single) => Some(MotionMode::Single(single)),
-        Op::MotionOff => Some(MotionMode::None),
+        Op::Spline(code) => Some(MotionMode::Spline(code)),
+        Op::MotionOff | Op::NurbsEnd => Some(MotionMode::None),
         _ => None,
     }
 }
