@@ -165,7 +165,8 @@ def without_rests(moves):
     kept, at = [], (0.0, 0.0, 0.0)
     for move in moves:
         straight = move.kind in ("rapid", "line")
-        if not (straight and math.dist(move.to, at) < 1e-9):
+        # A digit of what is printed of a program in inches.
+        if not (straight and math.dist(move.to, at) < 2.6e-3):
             kept.append(move)
         at = move.to or at
     return kept
