@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
-use cnc::gcode::{codes, rules};
-use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
+use cnc::gcode::{LATHE_CODES, codes, rules};
+use cnc::interp::{self, Checked, Dialect, Motion, Move, MoveKind, Options};
 use proptest::prelude::*;
 
 fn root() -> &'static Path {
@@ -58,15 +58,32 @@ fn findings(text: &str) -> Vec<String> {
     checked.diagnostics.iter().map(show).collect()
 }
 
+/// What the first two lines of a sample say of it: `(machine: ideal; dialect: fanuc)`.
+fn said<'t>(text: &'t str, what: &str) -> Option<&'t str> {
+    let what = format!("{what}: ");
+    let (_, rest) = text.lines().take(2).find_map(|line| line.split_once(&what))?;
+    rest.split([';', ')']).next()
+}
+
 #[test]
 fn good_samples_mean_what_they_meant() {
     let golden = files("tests/language", "jsonl");
     assert!(!golden.is_empty());
     for expected in golden {
         let name = expected.file_stem().unwrap().to_str().unwrap();
-        let sample = root().join("samples/good").join(name).with_extension("nc");
+        let folders = ["samples/good", "samples/lathe"];
+        let sample = folders
+            .map(|folder| root().join(folder).join(name).with_extension("nc"))
+            .into_iter()
+            .find(|sample| sample.exists())
+            .unwrap();
         let mut command = Command::cargo_bin("cnc").unwrap();
-        command.args(["interpret", "--json", "--machine", "starmill"]).arg(&sample);
+        let text = fs::read_to_string(&sample).unwrap();
+        let machine = said(&text, "machine").unwrap_or("starmill");
+        command.args(["interpret", "--json", "--machine", machine]).arg(&sample);
+        if let Some(dialect) = said(&text, "dialect") {
+            command.args(["--dialect", dialect]);
+        }
         let output = command.assert().success().get_output().stdout.clone();
         let output = String::from_utf8(output).unwrap();
         if std::env::var_os("UPDATE").is_some() {
@@ -92,9 +109,15 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
         let lenient = expected.strip_suffix(" leniently");
         let expected = lenient.unwrap_or(expected);
         let (expected, machine) = expected.split_once(" on ").unwrap_or((expected, "starmill"));
+        let (machine, rest) = machine.split_once(';').unwrap_or((machine, ""));
+        let dialect = Dialect::ALL.into_iter().find(|dialect| rest.ends_with(dialect.name()));
         let own = root().join("samples/machines").join(machine).with_extension("toml");
         let profile = if own.exists() { own.to_str().unwrap() } else { machine };
-        let options = Options { lenient: lenient.is_some(), ..Options::default() };
+        let options = Options {
+            lenient: lenient.is_some(),
+            dialect: dialect.unwrap_or_default(),
+            ..Options::default()
+        };
         let checked = check_with(&text, &Machine::load(profile).unwrap(), &options);
         let found: Vec<_> = checked
             .diagnostics
@@ -157,6 +180,13 @@ fn the_reference_is_that_of_the_tables() {
         let (name, group) = (code.name(), code.group.name());
         text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
     }
+    text += "\n## Codes of lathes\n\nIn the dialect `fanuc-lathe` these codes mean something else; all \
+             others are those above.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n";
+    for code in LATHE_CODES {
+        let supported = if code.op.is_some() { "yes" } else { "no" };
+        let (name, group) = (code.name(), code.group.name());
+        text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
+    }
     text += "\n## Rules\n\n| rule | severity | meaning |\n|---|---|---|\n";
     for rule in rules::all() {
         let severity = format!("{:?}", rule.severity).to_lowercase();
@@ -172,8 +202,16 @@ fn the_reference_is_that_of_the_tables() {
 #[test]
 fn one_fault_makes_no_others() {
     for (text, expected) in [
-        // The axis words of blocks in the force of a code that is not supported.
-        ("G33 X1 Z-3 K1\nX2 Y2\nX500\nG80\nM30", &["unsupported-word 1:1"][..]),
+        // A thread that cannot be cut, once; its ends are where they are.
+        ("S1 M3\nG33 X1 K1\nX2 K1\nG80\nM30", &["spindle-sync 2:1"][..]),
+        ("S1 M3\nG76 P1 Z-5 I-1 J.1 K1\nG91 G0 X500\nM30", &["spindle-sync 2:1"]),
+        ("G31 X1 F9\nG38.3 X2\nX3\nM30", &["no-inputs 1:1"]),
+        // Contours: each fault once, at its line, and none of the cycle.
+        ("G18 F9\nO1 sub\nG1 X5\nG81 X7\nO1 endsub\nG71 Q1\nG70 Q1\nG0 Y1\nM30", &["contour 4:1"]),
+        ("G18 F9\nG71 Q1 X1\nG0 Y1\nM30", &["unknown-subprogram 2:1"]),
+        ("G18 F9\nG71 X1\nM30", &["missing-word 2:1"]),
+        ("G17 F9\nG71 Q1 X1\nM30", &["cycle-mode 2:1"]),
+        ("G18 F9\nG71 Q1 I0\nM30\nO1\nX5 Z-1\nX9 Z-3\nM99", &["bad-value 2:8"]),
         // An unknown position makes no arc wrong.
         ("G0 X[1/0]\nG2 X10 I5 F100\nM30", &["arithmetic 1:4"]),
         // Offsets that are not supported leave open where everything lies.
@@ -200,6 +238,121 @@ fn one_fault_makes_no_others() {
         ("G0 X1\n\u{0}\u{1}\u{2}\n\u{3}", &["not-text 2:1"]),
     ] {
         assert_eq!(findings(text), expected, "{text}");
+    }
+}
+
+/// FANUC-style lathes: what is wrong, on the ideal machine.
+#[test]
+fn lathe_programs_are_refused_at_the_right_word() {
+    for (text, expected) in [
+        ("G0 X5 U2\nM30", &["repeated-word 1:7"][..]),
+        ("G91 X5\nM30", &["unsupported-word 1:1"]),
+        ("G75 R1\nG75 X4 Z-3 P100\nM30", &["unsupported-word 1:1", "unsupported-word 2:1"]),
+        // The axis words of blocks in the force of a code that is not supported.
+        ("G83 X1 Z-3 K1\nX2 Y2 Q1\nX500\nG80\nM30", &["unsupported-word 1:1"]),
+        ("G50\nM30", &["missing-word 1:1"]),
+        ("G1 X5 F.1\nM30", &["no-spindle-speed 1:1"]),
+        ("G96 S100 M3\nG32 Z-5 F1\nM30", &["no-spindle-speed 2:1"]),
+        ("S9 M3\nG32 Z-5\nM30", &["missing-word 2:1"]),
+        ("S9 M3 F.1\nG90 X5\nM30", &["missing-word 2:1"]),
+        ("S9 M3 F.1\nG71 P1 Q2\nN1 G0 X5\nN2 Z-5\nM30", &["missing-word 2:1"]),
+        ("S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q3\nN1 G0 X5\nN2 Z-5\nM30", &["unknown-label 4:1"]),
+        (
+            "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nG1 Z-5\nX3\nN2 X9 Z-9\nM30",
+            &["contour 4:1"],
+        ),
+        (
+            "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nM98 P3\nN2 X9 Z-9\nM30",
+            &["contour 6:1"],
+        ),
+        ("S9 M3\nG0 X9\nG76 X7 Z-9 P0 Q100 F1\nM30", &["bad-value 3:12"]),
+        ("S9 M3\nG0 X9\nG76 X7 Z-9 P5000 F1\nM30", &["missing-word 3:1"]),
+    ] {
+        let checked = check_with(
+            text.as_bytes(),
+            &ideal(),
+            &Options { dialect: Dialect::FanucLathe, ..Options::default() },
+        );
+        let found: Vec<_> = checked
+            .diagnostics
+            .iter()
+            .map(|found| format!("{} {}:{}", found.rule, found.span.line, found.column()))
+            .collect();
+        assert_eq!(found, expected, "{text}");
+    }
+}
+
+/// Where single words of lathe programs lead: X (machine coordinates, a radius) and Z, feeds.
+#[test]
+fn lathe_programs_lead_where_they_say() {
+    for (text, expected) in [
+        ("G0 X10 Z5\nU-2 W3\nM30", &["5 5", "4 8"][..]),
+        ("G50 X20 Z4\nG0 X0 Z0\nM30", &["-10 -4"]),
+        ("G98 G0 X10\nG1 U2 F60\nX20 W-1\nM30", &["5 0", "6 0 60", "10 -1 60"]),
+        // 100 m/min at diameter 20, where the move begins, and at most 500 a minute.
+        ("G96 S100 M3 F.1\nG0 X20\nG1 X10\nM30", &["10 0", "5 0 159.155"]),
+        ("G50 S500\nG96 S100 M3 F.1\nG1 X2\nM30", &["1 0 50"]),
+        // A lead of 2 along Z, cut at 45 degrees.
+        ("S100 M3\nG32 X4 Z-2 F2\nM30", &["2 -2 282.843"]),
+        (
+            "S100 M3 F.1\nG0 X20 Z1\nG90 X16 Z-4\nX12\nM30",
+            &["10 1", "8 1", "8 -4 10", "10 -4 10", "10 1", "6 1", "6 -4 10", "10 -4 10", "10 1"],
+        ),
+        (
+            "S100 M3 F.1\nG0 X20 Z1\nG94 X8 Z-2 R-1\nM30",
+            &["10 1", "10 -3", "4 -2 10", "4 1 10", "10 1"],
+        ),
+        (
+            "S100 M3 F.1\nG0 X10 Z0\nG72 W2 R1\nG72 P1 Q2 U0 W0\nN1 G0 Z-3\nN2 G1 X4 Z0\nM30",
+            &["5 0", "5 -2", "4 -2 10", "5 -1 10", "5 -3", "2 0 10", "5 0"],
+        ),
+        (
+            "S100 M3 F.1\nG0 X10 Z1\nG73 U2 W1 R2\nG73 P1 Q2 U1 W0\nN1 G0 X4\nN2 G1 Z-3\nM30",
+            &[
+                "5 1",
+                "7.5 2",
+                "4.5 2",
+                "4.5 -2 10",
+                "7.5 2",
+                "5.5 1",
+                "2.5 1",
+                "2.5 -3 10",
+                "5.5 1",
+                "5 1",
+            ],
+        ),
+    ] {
+        let source = Source::memory("test.nc", text.as_bytes());
+        let options = Options { dialect: Dialect::FanucLathe, ..Options::default() };
+        let machine = ideal();
+        let mut found = Vec::new();
+        for motion in interp::motions(&source, &machine, &options) {
+            let Motion::Move(step) = motion.unwrap() else { continue };
+            if step.from == step.to {
+                continue;
+            }
+            let round = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+            let feed = match step.kind {
+                MoveKind::Line { feed_mm_min } => format!(" {}", round(feed_mm_min)),
+                _ => String::new(),
+            };
+            found.push(format!("{} {}{feed}", round(step.to[Axis::X]), round(step.to[Axis::Z])));
+        }
+        assert_eq!(found, expected, "{text}");
+    }
+}
+
+/// A probe that cannot move is a mistake, unless only the assumption has brought it there.
+#[test]
+fn probes_have_a_way_to_go() {
+    for (text, rules) in [
+        ("G38.2 X0 F9\nM30", &["bad-value"][..]),
+        ("G38.2 X5 F9\nG38.3 X5\nG0 X[#5061+1]\nG38.2 X6\nM30", &["bad-value"]),
+        ("G38.2 X5 F9\nG38.3 X5\nM30", &[]),
+    ] {
+        let checked = check(text.as_bytes(), &ideal());
+        let found: Vec<_> = checked.diagnostics.iter().map(|found| found.rule).collect();
+        assert_eq!(found, rules, "{text}");
     }
 }
 

@@ -300,7 +300,15 @@ fn by_definition(spline: &Spline, t: f64) -> [f64; 3] {
 fn spline_segment(spline: &Spline, feed_mm_s: f64) -> Option<Segment> {
     let (from, to) = (spline.points()[0], spline.points()[spline.points().len() - 1]);
     let kind = MoveKind::Spline { feed_mm_min: feed_mm_s * 60.0, curve: Arc::new(spline.clone()) };
-    path::segment(&Move { line: 1, n: None, from, to, kind, corner: Default::default() })
+    path::segment(&Move {
+        line: 1,
+        n: None,
+        from,
+        to,
+        kind,
+        corner: Default::default(),
+        bound: Default::default(),
+    })
 }
 
 /// The ticks of a job of one segment.

@@ -68,6 +68,17 @@ pub enum EventKind {
     T(u32),
     /// A pause in seconds (G4).
     Dwell(f64),
+    /// A wait for an input (M66).
+    WaitInput {
+        /// Which input.
+        number: u32,
+        /// Whether it is an analog one.
+        analog: bool,
+        /// 0: it is read at once; 1 a rise, 2 a fall, 3 high, 4 low.
+        kind: u32,
+        /// How long at most.
+        seconds: f64,
+    },
 }
 
 /// Words of an event: upper-case letters and their numbers, in the order of the program.
@@ -127,6 +138,10 @@ impl fmt::Display for EventKind {
             }
             EventKind::T(tool) => write!(f, "T{tool}"),
             EventKind::Dwell(seconds) => write!(f, "G4 P{seconds}"),
+            EventKind::WaitInput { number, analog, kind, seconds } => {
+                let letter = if analog { 'E' } else { 'P' };
+                write!(f, "M66 {letter}{number} L{kind} Q{seconds}")
+            }
         }
     }
 }
@@ -143,6 +158,9 @@ impl FromStr for EventKind {
         let bad = || NotAnEvent(text.to_owned());
         let mut words = text.split_ascii_whitespace();
         let first = words.next().ok_or_else(bad)?;
+        if first == "M66" {
+            return wait(words).ok_or_else(bad);
+        }
         let mut kind = match first.split_at_checked(1).ok_or_else(bad)? {
             ("M", code) => {
                 let code = code.parse().map_err(|_| bad())?;
@@ -199,6 +217,19 @@ fn function_words<'a>(words: impl Iterator<Item = &'a str>) -> Option<EventWords
     is_own.then_some(found)
 }
 
+/// The words behind M66.
+fn wait<'t>(mut words: impl Iterator<Item = &'t str>) -> Option<EventKind> {
+    let input = words.next()?;
+    let (analog, number) = match input.strip_prefix('E') {
+        Some(number) => (true, number),
+        None => (false, input.strip_prefix('P')?),
+    };
+    let number = number.parse().ok()?;
+    let kind = words.next()?.strip_prefix('L')?.parse().ok().filter(|kind| *kind <= 4)?;
+    let seconds = words.next()?.strip_prefix('Q').and_then(non_negative)?;
+    words.next().is_none().then_some(EventKind::WaitInput { number, analog, kind, seconds })
+}
+
 fn non_negative(text: &str) -> Option<f64> {
     text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0)
 }
@@ -222,6 +253,8 @@ mod tests {
             "M64 P3",
             "M68 E0 Q-1.5",
             "M101 P1 Q2",
+            "M66 P1 L3 Q2.5",
+            "M66 E0 L0 Q0",
         ] {
             assert_eq!(text.parse::<EventKind>().unwrap().to_string(), text);
         }
@@ -243,6 +276,9 @@ mod tests {
             "M1 A1 B1 C1 D1 E1",
             "M64 Pinf",
             "S5 P1",
+            "M66",
+            "M66 P1 L5 Q1",
+            "M66 P1 L0 Q1 S1",
         ] {
             assert!(text.parse::<EventKind>().is_err(), "{text}");
         }

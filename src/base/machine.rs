@@ -55,6 +55,9 @@ pub struct Machine {
     pub bus: Bus,
     /// The spindle, if the profile tells of it.
     pub spindle: Option<Spindle>,
+    /// Whether probes are taken to touch at the end of their move, and waits for inputs to end at
+    /// once: to check programs, not to cut.
+    pub assumed_inputs: bool,
     toml: String,
 }
 
@@ -140,6 +143,8 @@ pub struct Spindle {
     pub speed_max_rpm: u32,
     /// Power at the motor.
     pub power_kw: f64,
+    /// Whether motion can follow its turns, as threads need it.
+    pub encoder: bool,
 }
 
 /// Entries of a node's buffer: the firmware has these, always.

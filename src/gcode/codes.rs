@@ -5,208 +5,9 @@
 
 use super::block::{letter_bit, letter_set};
 
-/// What a supported code does.
-#[allow(missing_docs)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Op {
-    Inches,
-    Millimetres,
-    InverseTimeFeed,
-    FeedPerMinute,
-    FeedPerTurn,
-    ToolChange,
-    SpindleClockwise,
-    SpindleCounterClockwise,
-    SpindleStop,
-    Function(Function),
-    Modes(Modes),
-    SurfaceSpeed,
-    SpindleSpeedConstant,
-    MistOn,
-    FloodOn,
-    CoolantOff,
-    /// M48 to M53.
-    Override(u8),
-    Dwell,
-    SetOffsets,
-    /// G28 and G30, counted from 0.
-    GoToReference(u8),
-    StoreReference(u8),
-    LocalOffset,
-    SetPosition,
-    ResetPosition,
-    SuspendPosition,
-    RestorePosition,
-    MachineCoordinates,
-    PlaneXy,
-    PlaneZx,
-    PlaneYz,
-    CompensationOff,
-    Compensate {
-        left: bool,
-        by_diameter: bool,
-    },
-    LengthOffset,
-    LengthOffsetByWords,
-    LengthOffsetMore,
-    LengthOffsetOff,
-    /// G54 to G59.3, counted from 0.
-    WorkSystem(u8),
-    ExactStopOnce,
-    ExactPath,
-    ExactStop,
-    Blend,
-    Diameter,
-    Radius,
-    Absolute,
-    Incremental,
-    ArcCenterAbsolute,
-    ArcCenterIncremental,
-    PolarOff,
-    Polar,
-    ScalingOff,
-    Scaling,
-    Rotation,
-    RotationOff,
-    ReturnToInitial,
-    ReturnToR,
-    Rapid,
-    Line,
-    ArcClockwise,
-    ArcCounterClockwise,
-    Spline(SplineCode),
-    NurbsEnd,
-    /// Of no row: G5 P10000 and G5.1 Q1, which are no splines, and what ends them.
-    LookAhead,
-    Cycle(Cycle),
-    MotionOff,
-    Stop,
-    OptionalStop,
-    PalletStop,
-    End,
-    EndAndRewind,
-    Return,
-    Call,
-    MacroCall,
-}
-
-/// M functions that only say something to the machine.
-#[allow(missing_docs)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Function {
-    /// M61
-    SetTool,
-    /// M62 to M65.
-    DigitalOutput(u8),
-    /// M67 and M68.
-    AnalogOutput(u8),
-    SpindleOrient,
-    /// M100 to M199.
-    User,
-}
-
-impl Function {
-    /// Letters that the function makes use of.
-    pub const fn words(self) -> u32 {
-        letter_set(match self {
-            Function::SetTool => "Q",
-            Function::DigitalOutput(_) => "P",
-            Function::AnalogOutput(_) => "EQ",
-            Function::SpindleOrient => "PQR",
-            Function::User => "PQ",
-        })
-    }
-}
-
-/// M70 to M73.
-#[allow(missing_docs)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Modes {
-    Save,
-    Forget,
-    Restore,
-    SaveForCall,
-}
-
-/// The canned cycles, by their G numbers.
-#[allow(missing_docs)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Cycle {
-    DrillChipBreak = 73,
-    TapLeft = 74,
-    BoreFine = 76,
-    Drill = 81,
-    DrillDwell = 82,
-    DrillDeep = 83,
-    Tap = 84,
-    BoreFeedOut = 85,
-    BoreStop = 86,
-    BoreBack = 87,
-    BoreManual = 88,
-    BoreDwell = 89,
-}
-
-impl Cycle {
-    /// Letters that the cycle makes use of, beside axes.
-    pub const fn words(self) -> u32 {
-        letter_set(match self {
-            Cycle::Drill | Cycle::BoreFeedOut => "KLR",
-            Cycle::DrillDwell
-            | Cycle::Tap
-            | Cycle::TapLeft
-            | Cycle::BoreStop
-            | Cycle::BoreManual
-            | Cycle::BoreDwell => "KLPR",
-            Cycle::DrillDeep | Cycle::DrillChipBreak => "KLPQR",
-            Cycle::BoreFine => "IJLPQR",
-            Cycle::BoreBack => "IJKLR",
-        })
-    }
-}
-
-/// The codes that make splines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SplineCode {
-    /// G5
-    Cubic,
-    /// G5.1
-    Quadratic,
-    /// G5.2, up to G5.3
-    Nurbs,
-    /// G6.2
-    NurbsByKnots,
-}
-
-impl SplineCode {
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            SplineCode::Cubic => "G5",
-            SplineCode::Quadratic => "G5.1",
-            SplineCode::Nurbs => "G5.2",
-            SplineCode::NurbsByKnots => "G6.2",
-        }
-    }
-
-    /// Letters that it makes use of, beside axes.
-    pub const fn words(self) -> u32 {
-        letter_set(match self {
-            SplineCode::Cubic => "IJPQ",
-            SplineCode::Quadratic => "IJ",
-            SplineCode::Nurbs => "LP",
-            SplineCode::NurbsByKnots => "KPR",
-        })
-    }
-
-    /// Letters of the axes that it moves.
-    pub const fn axes(self) -> u32 {
-        letter_set(match self {
-            SplineCode::NurbsByKnots => "XYZ",
-            SplineCode::Cubic | SplineCode::Quadratic | SplineCode::Nurbs => "XY",
-        })
-    }
-}
+pub use super::ops::{
+    Cycle, Follow, Function, Modes, Op, Pockets, Single, SplineCode, Stock, Turn,
+};
 
 /// The modal groups, in the order in which the codes of one block are executed: that of
 /// RS274/NGC, but units first, since all lengths of the block are in them (its F is not: it is
@@ -357,12 +158,17 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         Some(Op::Spline(code)) => code.words(),
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
-        Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
+        Some(Op::SurfaceSpeed | Op::Compensate { by_diameter: false, .. }) => letter_bit(b'D'),
+        // L, where a lathe tool's tip points to, changes nothing on its path.
+        Some(Op::Compensate { by_diameter: true, .. }) => letter_set("DL"),
         Some(Op::SetOffsets) => letter_set("IJLPQR"),
         Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
+        Some(Op::Follow(follow)) => follow.words(),
+        Some(Op::Turn(_)) => letter_set("DEIPQR"),
+        Some(Op::WaitInput) => letter_set("ELPQ"),
         Some(Op::Call) => letter_set("PL"),
         Some(Op::Function(function)) => function.words(),
         Some(_) | None => 0,
@@ -376,11 +182,6 @@ const fn g(tenths: u16, group: Group, op: Op, meaning: &'static str) -> Code {
 
 const fn m(number: u16, group: Group, op: Op, meaning: &'static str) -> Code {
     row(b'M', number * 10, group, Some(op), meaning)
-}
-
-/// A G code that is known and not supported.
-const fn no_g(tenths: u16, group: Group, meaning: &'static str) -> Code {
-    row(b'G', tenths, group, None, meaning)
 }
 
 /// The table.
@@ -411,13 +212,13 @@ pub static CODES: &[Code] = &[
     g(281, Group::NonModal, Op::StoreReference(0), "stores the first reference position"),
     g(300, Group::NonModal, Op::GoToReference(1), "goes to the second reference position"),
     g(301, Group::NonModal, Op::StoreReference(1), "stores the second reference position"),
-    no_g(310, Group::Motion, "moves until a signal comes"),
-    no_g(330, Group::Motion, "moves in step with the spindle"),
-    no_g(331, Group::Motion, "rigid tapping"),
-    no_g(382, Group::Motion, "probes towards the work, with an alarm when nothing is met"),
-    no_g(383, Group::Motion, "probes towards the work"),
-    no_g(384, Group::Motion, "probes away from the work, with an alarm when contact stays"),
-    no_g(385, Group::Motion, "probes away from the work"),
+    g(310, Group::Motion, Op::Follow(Follow::Skip), "moves until a signal comes"),
+    g(330, Group::Motion, Op::Follow(Follow::Thread), "moves in step with the spindle, K along the path a turn"),
+    g(331, Group::Motion, Op::Follow(Follow::Tap), "rigid tapping: there and back in step with the spindle"),
+    g(382, Group::Motion, Op::Follow(Follow::Probe(2)), "probes towards the work, with an alarm when nothing is met"),
+    g(383, Group::Motion, Op::Follow(Follow::Probe(3)), "probes towards the work"),
+    g(384, Group::Motion, Op::Follow(Follow::Probe(4)), "probes away from the work, with an alarm when contact stays"),
+    g(385, Group::Motion, Op::Follow(Follow::Probe(5)), "probes away from the work"),
     g(400, Group::Compensation, Op::CompensationOff, "cutter compensation is off"),
     g(410, Group::Compensation, Op::Compensate { left: true, by_diameter: false }, "cutter compensation, left of the path"),
     g(411, Group::Compensation, Op::Compensate { left: true, by_diameter: true }, "dynamic cutter compensation, left of the path"),
@@ -446,9 +247,16 @@ pub static CODES: &[Code] = &[
     g(650, Group::NonModal, Op::MacroCall, "calls the subprogram P with arguments"),
     g(680, Group::Rotation, Op::Rotation, "rotates coordinates"),
     g(690, Group::Rotation, Op::RotationOff, "ends the rotation of coordinates"),
+    g(700, Group::Motion, Op::Turn(Turn::Finish), "turns along the contour of the subprogram Q"),
+    g(710, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Cut }), "roughs out the contour of the subprogram Q in cuts along Z"),
+    g(711, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Leave }), "roughs out the contour of the subprogram Q in cuts along Z, but for pockets"),
+    g(712, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Only }), "roughs out the contour of the subprogram Q in cuts along Z, pockets only"),
+    g(720, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Cut }), "roughs out the contour of the subprogram Q in cuts along X"),
+    g(721, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Leave }), "roughs out the contour of the subprogram Q in cuts along X, but for pockets"),
+    g(722, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Only }), "roughs out the contour of the subprogram Q in cuts along X, pockets only"),
     g(730, Group::Motion, Op::Cycle(Cycle::DrillChipBreak), "drilling cycle with chip breaking"),
     g(740, Group::Motion, Op::Cycle(Cycle::TapLeft), "left-hand tapping cycle"),
-    g(760, Group::Motion, Op::Cycle(Cycle::BoreFine), "fine boring cycle: spindle oriented, rapid out beside the wall"),
+    g(760, Group::Motion, Op::Cycle(Cycle::BoreFine), "threading cycle (K and P stand in the block), or fine boring cycle: spindle oriented, rapid out beside the wall"),
     g(800, Group::Motion, Op::MotionOff, "no motion code and no cycle is in force"),
     g(810, Group::Motion, Op::Cycle(Cycle::Drill), "drilling cycle"),
     g(820, Group::Motion, Op::Cycle(Cycle::DrillDwell), "drilling cycle with a dwell"),
@@ -498,6 +306,7 @@ pub static CODES: &[Code] = &[
     m(63, Group::Output, Op::Function(Function::DigitalOutput(63)), "output P off, in time with motion"),
     m(64, Group::Output, Op::Function(Function::DigitalOutput(64)), "output P on"),
     m(65, Group::Output, Op::Function(Function::DigitalOutput(65)), "output P off"),
+    m(66, Group::NonModal, Op::WaitInput, "waits for an input"),
     m(67, Group::Output, Op::Function(Function::AnalogOutput(67)), "analog output E at Q, in time with motion"),
     m(68, Group::Output, Op::Function(Function::AnalogOutput(68)), "analog output E at Q"),
     m(70, Group::ModalState, Op::Modes(Modes::Save), "saves the modes in force"),

@@ -9,8 +9,10 @@ pub mod codes;
 mod control;
 mod expr;
 mod fault;
+mod lathe;
 mod lines;
 mod number;
+mod ops;
 mod parser;
 pub mod rules;
 
@@ -18,5 +20,6 @@ pub use block::{Block, Call, Message, MessageKind, Word, letter_bit, letter_set}
 pub use control::{Assignment, Control, Label, Statement};
 pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;
+pub use lathe::{LATHE_CODES, find_lathe};
 pub use lines::{LINE_BYTES_MAX, Line, Lines};
 pub use parser::parse;

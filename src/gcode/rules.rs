@@ -48,6 +48,8 @@ rules! {
     NO_FEED Error "no-feed" "A straight move, an arc or a spline where no feed has been given.";
     NO_SPINDLE_SPEED Error "no-spindle-speed" "A feed a turn (G95) where the spindle's speed is not known.";
     SPINDLE_STOPPED Error "spindle-stopped" "A cycle that needs the spindle turning, where it does not turn, or turns the wrong way.";
+    SPINDLE_SYNC Error "spindle-sync" "A thread or a rigid tap on a machine whose axes cannot follow the spindle's turns.";
+    NO_INPUTS Error "no-inputs" "Probing or waiting for an input on a machine whose nodes have no inputs.";
     FEED_TOO_LOW Error "feed-too-low" "A movement would take longer than a day at its feed.";
     MISSING_AXIS Error "missing-axis" "A word moves an axis that the machine does not have.";
     NOTHING_SAVED Error "nothing-saved" "M72 restores modes that nothing has saved, or that M71 has forgotten.";
@@ -56,9 +58,12 @@ rules! {
     SYSTEM_UNSET Warning "system-unset" "A work coordinate system that nothing has placed: it is taken at the machine's work zero.";
     REFERENCE_UNSET Error "reference-unset" "G28 or G30 goes to a reference position that neither the profile nor the program tells.";
     UNKNOWN_TOOL Error "unknown-tool" "A tool whose length or diameter is needed does not stand in the tool table.";
+    OFFSET_UNSET Warning "offset-unset" "A T word of a lathe calls an offset that the tool table does not hold: it is taken as 0.";
     TRANSFORMED Error "transformed" "An offset is set while scaling, rotation or polar coordinates are in force.";
     CYCLE_LEVEL Error "cycle-level" "The R level of a canned cycle lies below its bottom.";
     CYCLE_MODE Error "cycle-mode" "A canned cycle stands where the modes in force leave no room for one.";
+    CONTOUR Error "contour" "The contour of a lathe cycle is none, or cannot be cut as the cycle cuts.";
+    CONTOUR_WORD Warning "contour-word" "The contour of a lathe cycle holds words that mean nothing to it.";
     COMPENSATION_MODE Error "compensation-mode" "Something stands in cutter compensation that has no place there.";
     COMPENSATION_GOUGE Error "compensation-gouge" "The tool does not fit into the contour.";
     ARC_DISTORTED Error "arc-distorted" "An arc would be no arc after unequal scaling, or after a rotation out of its plane.";

@@ -3,11 +3,12 @@
 use crate::gcode::codes::{
     self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
 };
-use crate::gcode::{Block, Fault, letter_bit, rules};
+use crate::gcode::{Block, Fault, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
 use super::spline::{LOOK_AHEAD_LETTERS, is_look_ahead};
+use super::threading::THREAD_LETTERS;
 use super::words::{conflict, go_together, unsupported};
 
 impl Executor<'_> {
@@ -25,7 +26,8 @@ impl Executor<'_> {
             if !matches!(word.letter, b'G' | b'M') {
                 continue;
             }
-            let Some(code) = codes::find(word.letter, word.value) else {
+            let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
+            let Some(code) = own.or_else(|| codes::find(word.letter, word.value)) else {
                 faults.push(Fault::word(
                     &rules::UNKNOWN_WORD,
                     word,
@@ -57,13 +59,6 @@ impl Executor<'_> {
                 }
             }
         }
-        if let Some(word) = block.word(b'E').filter(|_| !self.takes(b'E')) {
-            let help = "numbers have no exponents: write all digits";
-            let message = format!("{word} means nothing here");
-            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-            faults.push(fault.help(help));
-            asked.is_foreign = true;
-        }
         asked.is_faulty |= asked.is_foreign;
         if self.codes.len() > 1 {
             // G80 first: a motion code beside it begins after what it ends.
@@ -71,11 +66,6 @@ impl Executor<'_> {
             asked.is_faulty |= self.claims_twice(block, faults);
         }
         asked
-    }
-
-    /// Whether a code of the block makes use of a letter.
-    fn takes(&self, letter: u8) -> bool {
-        self.codes.iter().any(|(code, _)| code.words & letter_bit(letter) != 0)
     }
 
     /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
@@ -113,20 +103,36 @@ impl Executor<'_> {
         if asked.is_foreign || mode == MotionMode::Foreign {
             return false;
         }
+        if self.is_lathe() && self.names_twice(block, faults) {
+            return true;
+        }
         let mut used = FREE_LETTERS | AXIS_LETTERS | POLAR_LETTERS;
         for (code, op) in &self.codes {
             used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }
         match mode {
             MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
+            MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),
             MotionMode::Spline(code) => used |= code.words(),
-            MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
+            MotionMode::Follow(follow) => used |= follow.words(),
+            MotionMode::Single(_) => used |= letter_bit(b'R'),
+            MotionMode::Turn(_)
+            | MotionMode::None
+            | MotionMode::Rapid
+            | MotionMode::Line
+            | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {
             return false;
         }
         for word in block.words().iter().filter(|word| letter_bit(word.letter) & !used != 0) {
+            if word.letter == b'E' {
+                let message = format!("{word} means nothing here");
+                let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+                faults.push(fault.help("numbers have no exponents: write all digits"));
+                continue;
+            }
             let message = format!("nothing in this block makes use of {word}");
             let fault = Fault::word(&rules::UNUSED_WORD, word, message);
             faults.push(match word.letter {

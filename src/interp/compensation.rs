@@ -37,6 +37,8 @@ type Vector = [f64; 2];
 pub(super) struct Compensation {
     pub plane: Plane,
     radius_mm: f64,
+    /// From the centre of a lathe tool's nose to the point of it that the program leads.
+    tip_mm: Vector,
     /// 1: left of the contour, -1: right of it.
     side: f64,
     /// Whether G40 has come: what is left is to lead out.
@@ -78,10 +80,33 @@ impl Compensation {
     }
 
     /// Begins at a position of the contour; `is_left` of a negative radius is right.
-    pub fn new(plane: Plane, is_left: bool, radius_mm: f64, at: Point) -> Compensation {
+    pub fn new(
+        plane: Plane,
+        is_left: bool,
+        radius_mm: f64,
+        orientation: u32,
+        at: Point,
+    ) -> Compensation {
         let side = if is_left == (radius_mm >= 0.0) { 1.0 } else { -1.0 };
         let radius_mm = radius_mm.abs();
-        Compensation { plane, radius_mm, side, leads_out: false, at, held: Vec::new(), last: None }
+        let tip_mm = tip(orientation).map(|part| part * radius_mm);
+        let (leads_out, held, last) = (false, Vec::new(), None);
+        Compensation { plane, radius_mm, tip_mm, side, leads_out, at, held, last }
+    }
+
+    /// A move of the contour as the nose's centre has to be led for it.
+    fn led(&self, mut step: Move) -> Move {
+        let axes = self.plane.axes();
+        for (axis, by_mm) in axes.into_iter().zip(self.tip_mm) {
+            step.from[axis] += by_mm;
+            step.to[axis] += by_mm;
+        }
+        if let MoveKind::Arc { plane, center_mm, .. } = &mut step.kind
+            && *plane == self.plane
+        {
+            *center_mm = [center_mm[0] + self.tip_mm[0], center_mm[1] + self.tip_mm[1]];
+        }
+        step
     }
 
     /// Whether G40 has not come yet.
@@ -109,6 +134,7 @@ impl Compensation {
                 return true;
             }
         };
+        let step = if self.leads_out { step } else { self.led(step) };
         let is_round = matches!(step.kind, MoveKind::Arc { .. });
         if !is_round && !self.leads_out && self.flat(&step.from) == self.flat(&step.to) {
             self.hold(Motion::Move(step), block, out, faults);
@@ -396,6 +422,22 @@ impl Piece {
             }
             (Some(a), Some(b)) => near(circles(a.center, a.radii[1], b.center, b.radii[0])?),
         }
+    }
+}
+
+/// Where the tip of a lathe tool lies beside the centre of its nose, in radii along Z and X, by
+/// LinuxCNC's numbers of orientation: 1 to 4 between two axes, 5 to 8 on one, 0 and 9 at the centre.
+fn tip(orientation: u32) -> Vector {
+    match orientation {
+        1 => [1.0, -1.0],
+        2 => [-1.0, -1.0],
+        3 => [-1.0, 1.0],
+        4 => [1.0, 1.0],
+        5 => [1.0, 0.0],
+        6 => [0.0, -1.0],
+        7 => [-1.0, 0.0],
+        8 => [0.0, 1.0],
+        _ => [0.0, 0.0],
     }
 }
 

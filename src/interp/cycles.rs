@@ -25,7 +25,7 @@ use super::words::whole;
 const BACK_OFF_MM: f64 = 0.254;
 
 /// Most pecks and holes of one block: more are a mistake in Q or L.
-const PASSES_MAX: f64 = 10_000.0;
+pub(super) const PASSES_MAX: f64 = 10_000.0;
 
 /// Letters of the axes that are held in a cycle.
 const HELD_LETTERS: u32 = AXIS_LETTERS & !(letter_bit(b'X') | letter_bit(b'Y') | letter_bit(b'Z'));

@@ -2,18 +2,20 @@
 //! said, and what is left goes to the executor.
 
 use crate::base::{Event, EventKind, Machine};
+use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
 
 use super::Options;
 use super::check::Said;
 use super::duration::too_slow;
-use super::execute::{Executor, Output};
+use super::execute::{Executor, Output, is_error};
 use super::findings::{Findings, Place};
 use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
 use super::system::read_only;
 use super::travel::Travel;
+use super::turning::Contour;
 use super::words::{subprogram_flow, whole};
 
 /// Greatest magnitude of a word, as of a number that is written.
@@ -29,6 +31,8 @@ pub(super) struct Engine<'a> {
     pub travel: Option<Travel>,
     /// What the program says, where the run is a check.
     pub said: Vec<Said>,
+    /// The contour that is being read.
+    pub contour: Option<Contour>,
     /// Blocks executed.
     pub blocks: u64,
     /// What is wrong with the line at hand.
@@ -49,6 +53,7 @@ impl<'a> Engine<'a> {
             findings: Findings::new(max),
             travel: None,
             said: Vec::new(),
+            contour: None,
             blocks: 0,
             faults: Vec::new(),
             computed: None,
@@ -63,6 +68,9 @@ impl<'a> Engine<'a> {
     pub fn execute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         self.blocks += 1;
         self.executor.line = place.line;
+        if self.contour.is_some() {
+            return self.record(block, place);
+        }
         if !block.is_plain() || is_macro_call(block) {
             return self.compute(block, place, motions);
         }
@@ -110,6 +118,61 @@ impl<'a> Engine<'a> {
         self.executor.restore_after_call(&mut out);
         self.judge(&motions[first..], &Block::default(), place);
         self.report(place, true);
+    }
+
+    /// Takes a block for a piece of the contour that is being read.
+    fn record(&mut self, block: &Block, place: Place<'_>) -> Flow {
+        let mut words = Block::default();
+        words.copy_words(block);
+        self.give_values(block, &mut words);
+        let alarm = self.set(block, place);
+        for message in block.messages() {
+            self.say(*message, place);
+        }
+        if alarm {
+            return Flow::Alarm;
+        }
+        if words.words().iter().any(|word| word.letter == b'M' && word.value == 99.0) {
+            return Flow::Return(None);
+        }
+        if let Some(contour) = &mut self.contour {
+            contour.add(&words, &mut self.faults);
+            contour.is_faulty |= self.faults.iter().any(is_error);
+            self.executor.follow_contour(contour.at());
+        }
+        Flow::Next
+    }
+
+    /// Runs a lathe cycle along a contour.
+    pub fn turn(
+        &mut self,
+        turn: Turn,
+        block: &Block,
+        contour: &Contour,
+        place: Place<'_>,
+        motions: &mut Vec<Motion>,
+    ) {
+        let first = motions.len();
+        self.executor.motion_first = first;
+        let mut out = output(place, motions, &mut self.faults);
+        self.executor.turn(turn, block, contour, &mut out);
+        self.executor.compensate(block, &mut out);
+        self.judge(&motions[first..], block, place);
+    }
+
+    /// Runs a cycle of a FANUC-style lathe along a contour.
+    pub fn cut_stock(
+        &mut self,
+        stock: Stock,
+        block: &Block,
+        contour: &Contour,
+        place: Place<'_>,
+        motions: &mut Vec<Motion>,
+    ) {
+        let first = motions.len();
+        let mut out = output(place, motions, &mut self.faults);
+        self.executor.cut_stock(stock, block, contour, &mut out);
+        self.judge(&motions[first..], block, place);
     }
 
     /// Gives out what the executor holds until it knows what follows.

@@ -6,7 +6,9 @@
 //! be open.
 
 use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
-use crate::gcode::codes::{Code, Cycle, Group, Op, SplineCode};
+use crate::gcode::codes::{
+    AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
+};
 use crate::gcode::{Block, Fault, rules};
 
 use super::compensation::Compensation;
@@ -18,8 +20,10 @@ use super::modes::{Coolant, LengthMode, Modes, Overrides, Saved};
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
 use super::polar::PolarStep;
+use super::probe::Signals;
 use super::spline::SplineState;
 use super::tools::Tools;
+use super::turning::Lathe;
 use super::words::{call_flow, leads_to};
 use super::{Dialect, Options};
 
@@ -34,6 +38,12 @@ pub(super) enum MotionMode {
         ccw: bool,
     },
     Cycle(Cycle),
+    /// Moves that follow the spindle or an input.
+    Follow(Follow),
+    /// Cycles along a contour.
+    Turn(Turn),
+    /// Cycles of lathes that cut once.
+    Single(Single),
     Spline(SplineCode),
     /// A code that is not supported: its axis words are its own.
     Foreign,
@@ -43,6 +53,7 @@ pub(super) enum MotionMode {
 #[derive(Debug)]
 pub(super) struct Executor<'a> {
     pub(super) machine: &'a Machine,
+    pub(super) dialect: Dialect,
     pub(super) axes: AxisSet,
     pub(super) motion: MotionMode,
     pub(super) plane: Plane,
@@ -79,14 +90,13 @@ pub(super) struct Executor<'a> {
     pub(super) saved: Vec<Saved>,
     /// What the end of a call has left to be restored.
     pub(super) to_restore: Option<Box<Modes>>,
-    /// #5061 to #5070: where a probe touched, in program units, and whether it did.
-    pub(super) probed: [f64; 10],
     /// The line at hand.
     pub(super) line: u32,
-    pub(super) dialect: Dialect,
     /// A bit for each work coordinate system whose lack of a place has been said.
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
+    pub(super) signals: Signals,
+    pub(super) lathe: Lathe,
     pub(super) spline: SplineState,
     pub(super) compensation: Option<Compensation>,
     /// How much motion there was before the block, or before its G40.
@@ -118,6 +128,8 @@ pub(super) struct Asked {
     pub axes_claimed: bool,
     /// A motion code stands in the block.
     pub is_motion_named: bool,
+    /// A cycle of a lathe whose contour stands elsewhere in the program.
+    pub stock: Option<Stock>,
     /// The motion code in force before the block.
     pub motion_before: MotionMode,
     /// By how much polar coordinates go on from one hole of a cycle to the next.
@@ -126,6 +138,17 @@ pub(super) struct Asked {
     pub mm_per_unit_before: f64,
     /// What becomes of the corner at this block's end, if not what the mode says.
     pub corner: Option<Corner>,
+}
+
+impl Asked {
+    /// Takes what is not modal and has to wait for the block's motion.
+    fn note(&mut self, op: Op) {
+        match op {
+            Op::MachineCoordinates => self.machine_coordinates = true,
+            Op::Stock(stock) => self.stock = Some(stock),
+            _ => self.corner = Some(Corner::Stop),
+        }
+    }
 }
 
 /// Where a block stands, and where what it makes goes.
@@ -148,20 +171,22 @@ impl Output<'_> {
 
 impl<'a> Executor<'a> {
     /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97 G98 (in the dialect `linuxcnc` G99),
-    /// no feed, no speed, no tool.
+    /// no feed, no speed, no tool. On a lathe G18 and G99, and X words are diameters.
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
+        let is_lathe = options.dialect == Dialect::FanucLathe;
         Executor {
             machine,
+            dialect: options.dialect,
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
             motion: MotionMode::None,
-            plane: Plane::Xy,
+            plane: if is_lathe { Plane::Zx } else { Plane::Xy },
             mm_per_unit: 1.0,
             absolute: true,
             centers_absolute: false,
             polar: false,
-            diameters: false,
+            diameters: is_lathe,
             corner: Corner::Exact,
-            feed_mode: FeedMode::PerMinute,
+            feed_mode: if is_lathe { FeedMode::PerTurn } else { FeedMode::PerMinute },
             feed: None,
             feed_missed: false,
             spindle_rpm: None,
@@ -178,11 +203,11 @@ impl<'a> Executor<'a> {
             references: [AxisMap::default(); 2],
             saved: vec![Saved::default()],
             to_restore: None,
-            probed: [0.0; 10],
             line: 0,
-            dialect: options.dialect,
             systems_missed: 0,
             cycle: Held::default(),
+            signals: Signals::default(),
+            lathe: Lathe::default(),
             spline: SplineState::default(),
             compensation: None,
             motion_first: 0,
@@ -246,9 +271,10 @@ impl<'a> Executor<'a> {
             self.execute(*op, block, &mut asked, out);
         }
         self.run_motion(block, asked, out);
-        let mut flow = Flow::Next;
+        let mut flow = self.turn_flow(block, asked, out);
         for (_, op) in stops {
-            flow = self.execute(*op, block, &mut asked, out);
+            let after = self.execute(*op, block, &mut asked, out);
+            flow = if flow == Flow::Next { after } else { flow };
         }
         self.codes = codes;
         if self.compensation.is_some() {
@@ -277,12 +303,10 @@ impl<'a> Executor<'a> {
             | Op::FloodOn
             | Op::CoolantOff
             | Op::Override(_) => self.switch(op, block, out),
-            Op::Function(function) => self.function(function, block, out),
-            Op::Modes(change) => self.change_modes(change, block, *asked, out),
+            Op::Function(_) | Op::Modes(_) | Op::WaitInput => self.tell(op, block, *asked, out),
             Op::CompensationOff | Op::Compensate { .. } => self.set_compensation(op, block, out),
             Op::Dwell => self.dwell(block, asked, out),
-            Op::MachineCoordinates => asked.machine_coordinates = true,
-            Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
+            Op::MachineCoordinates | Op::ExactStopOnce | Op::Stock(_) => asked.note(op),
             Op::PlaneXy
             | Op::PlaneZx
             | Op::PlaneYz
@@ -314,21 +338,35 @@ impl<'a> Executor<'a> {
             | Op::Scaling
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
-            Op::GoToReference(index) => self.go_to_reference(index, block, *asked, out),
-            Op::StoreReference(index) => self.store_reference(index),
+            Op::GoToReference(_) | Op::StoreReference(_) => self.reference(op, block, *asked, out),
+            Op::LatheSetting | Op::ThreadCycle => self.run_lathe(op, block, asked, out),
             Op::Rapid
             | Op::Line
             | Op::ArcClockwise
             | Op::ArcCounterClockwise
             | Op::Spline(_)
             | Op::Cycle(_)
+            | Op::Follow(_)
+            | Op::Turn(_)
+            | Op::Single(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::NurbsEnd => self.end_nurbs(block, asked, out),
-            Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
-            Op::End | Op::EndAndRewind => return end(op, out),
+            Op::Stop | Op::OptionalStop | Op::PalletStop => return stop(op, out),
+            Op::End | Op::EndAndRewind => return stop(op, out),
             Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
         }
         Flow::Next
+    }
+
+    /// Whether the block asks for a lathe cycle, which needs a contour from elsewhere.
+    fn turn_flow(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) -> Flow {
+        if let Some(stock) = asked.stock.filter(|_| !asked.is_faulty) {
+            return self.stock_flow(stock, block, out.faults);
+        }
+        let MotionMode::Turn(turn) = self.motion else { return Flow::Next };
+        let asks = asked.is_motion_named || block.letters() & AXIS_LETTERS != 0;
+        let asks = asks && !asked.axes_claimed && !asked.is_faulty;
+        if asks && self.judge_turn(turn, block, out.faults) { Flow::Turn(turn) } else { Flow::Next }
     }
 
     fn set_motion(&mut self, op: Op, asked: &mut Asked) {
@@ -450,7 +488,7 @@ impl<'a> Executor<'a> {
                 // FANUC counts milliseconds in P, unless it has a point.
                 let span = out.text.get(word.start as usize..word.end as usize);
                 let has_point = span.is_some_and(|text| text.contains(&b'.'));
-                let is_ms = self.dialect == Dialect::Fanuc && word.letter == b'P' && !has_point;
+                let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
                 out.event(EventKind::Dwell(word.value / if is_ms { 1000.0 } else { 1.0 }));
             }
             None if asked.is_faulty => {}
@@ -467,18 +505,17 @@ pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
 }
 
-fn end(op: Op, out: &mut Output<'_>) -> Flow {
-    out.function(if op == Op::End { 2 } else { 30 });
-    Flow::End
-}
-
-/// The number of the M function of a stop.
-fn stop_number(op: Op) -> u16 {
-    match op {
-        Op::Stop => 0,
-        Op::OptionalStop => 1,
-        _ => 60,
-    }
+/// Stops, the last of them for good.
+fn stop(op: Op, out: &mut Output<'_>) -> Flow {
+    let (code, flow) = match op {
+        Op::Stop => (0, Flow::Next),
+        Op::OptionalStop => (1, Flow::Next),
+        Op::PalletStop => (60, Flow::Next),
+        Op::End => (2, Flow::End),
+        _ => (30, Flow::End),
+    };
+    out.function(code);
+    flow
 }
 
 /// The motion mode that a code sets.
@@ -489,6 +526,9 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::ArcClockwise => Some(MotionMode::Arc { ccw: false }),
         Op::ArcCounterClockwise => Some(MotionMode::Arc { ccw: true }),
         Op::Cycle(cycle) => Some(MotionMode::Cycle(cycle)),
+        Op::Follow(follow) => Some(MotionMode::Follow(follow)),
+        Op::Turn(turn) => Some(MotionMode::Turn(turn)),
+        Op::Single(single) => Some(MotionMode::Single(single)),
         Op::Spline(code) => Some(MotionMode::Spline(code)),
         Op::MotionOff | Op::NurbsEnd => Some(MotionMode::None),
         _ => None,

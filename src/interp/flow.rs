@@ -6,6 +6,7 @@
 use std::io;
 use std::rc::Rc;
 
+use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules};
 
 use super::Options;
@@ -43,6 +44,14 @@ pub(super) enum Flow {
     MacroCall {
         number: u32,
         repeats: u32,
+    },
+    /// A lathe cycle along a contour that stands elsewhere.
+    Turn(Turn),
+    /// One whose contour are the blocks from one N word to another.
+    Stock {
+        stock: Stock,
+        first: u32,
+        last: u32,
     },
     /// M2, M30
     End,
@@ -177,7 +186,7 @@ impl Run<'_> {
         self.engine.number(block, condition).is_some_and(|value| value != 0.0)
     }
 
-    fn go_to(&mut self, place: usize) {
+    pub(super) fn go_to(&mut self, place: usize) {
         if let Some(frame) = self.frames.last_mut() {
             frame.next = place;
         }
@@ -376,7 +385,7 @@ impl Run<'_> {
     }
 
     /// Keeps the main program whole, to go on in it behind a line; false if that cannot be.
-    fn keep_main(&mut self, line: u32) -> io::Result<bool> {
+    pub(super) fn keep_main(&mut self, line: u32) -> io::Result<bool> {
         let said = self.lines.number();
         let main = self.library.read_main(said, &mut self.engine.findings)?;
         self.rest_in_program = program_number(&main.block).is_some();

@@ -5,10 +5,10 @@
 //! rest at that time anyway, so they are as M64, M65 and M68.
 
 use crate::base::{EventKind, EventWords};
-use crate::gcode::codes::Function;
+use crate::gcode::codes::{Function, Op};
 use crate::gcode::{Block, Fault, Word, rules};
 
-use super::execute::{Executor, Output};
+use super::execute::{Asked, Executor, Output};
 use super::feed::Turning;
 use super::words::whole;
 
@@ -16,8 +16,16 @@ use super::words::whole;
 const OUTPUT_MAX: u32 = 9999;
 
 impl Executor<'_> {
-    /// The M functions of this file.
-    pub(super) fn function(&mut self, function: Function, block: &Block, out: &mut Output<'_>) {
+    /// Functions that tell the machine something or ask it, and modes that are saved and restored.
+    pub(super) fn tell(&mut self, op: Op, block: &Block, asked: Asked, out: &mut Output<'_>) {
+        match op {
+            Op::Function(function) => self.function(function, block, out),
+            Op::Modes(change) => self.change_modes(change, block, asked, out),
+            _ => self.wait_for_input(block, out),
+        }
+    }
+
+    fn function(&mut self, function: Function, block: &Block, out: &mut Output<'_>) {
         match function {
             Function::SetTool => self.set_loaded(block, out),
             Function::DigitalOutput(code) => switch_output(code, block, out),

@@ -78,7 +78,7 @@ impl Executor<'_> {
             Variable::Position(axis) => Ok(self.position_in_program(axis)),
             Variable::MachinePosition(axis) => scaled(axis, self.position_mm[axis]),
             Variable::ToolOffset(axis) => scaled(axis, self.frames.tool_mm()[axis]),
-            Variable::Probed(at) => Ok(self.probed.get(at).copied().unwrap_or_default()),
+            Variable::Probed(at) => Ok(self.signals.probed.get(at).copied().unwrap_or_default()),
             Variable::Modal(group) => self.modal(group),
             Variable::Suppression => Ok(0.0),
             Variable::Clock => {

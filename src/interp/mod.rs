@@ -31,17 +31,21 @@ mod nurbs;
 mod offsets;
 mod parameters;
 mod polar;
+mod probe;
 mod program;
 mod run;
 mod spline;
 mod system;
+mod threading;
 mod tools;
 mod travel;
+mod turning;
+mod turns;
 mod words;
 
 pub use arc::FULL_CIRCLE_MM;
 pub use check::{Checked, Said, Summary, check};
-pub use motion::{Corner, Motion, Move, MoveKind};
+pub use motion::{Bound, Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
 pub use tools::{Tool, Tools, ToolsError};
 
@@ -62,13 +66,22 @@ pub enum Dialect {
     /// is in milliseconds; G10 L10 to L13 set tools; FIX and FUP go towards and away from zero; AND
     /// OR XOR work on bits; `M98 P51000` is `M98 P1000 L5`.
     Fanuc,
+    /// As `Fanuc`, on a lathe: X words are diameters, U and W distances, and what differs from
+    /// mills besides (G code system A).
+    FanucLathe,
     /// As LinuxCNC, but programs begin with G98.
     Grbl,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 4] = [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Grbl];
+    pub const ALL: [Dialect; 5] =
+        [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::FanucLathe, Dialect::Grbl];
+
+    /// Whether it is that of a FANUC-style control.
+    pub fn is_fanuc(self) -> bool {
+        matches!(self, Dialect::Fanuc | Dialect::FanucLathe)
+    }
 
     /// Its name on the command line and in dumps.
     pub fn name(self) -> &'static str {
@@ -76,6 +89,7 @@ impl Dialect {
             Dialect::Iso => "iso",
             Dialect::LinuxCnc => "linuxcnc",
             Dialect::Fanuc => "fanuc",
+            Dialect::FanucLathe => "fanuc-lathe",
             Dialect::Grbl => "grbl",
         }
     }

@@ -28,6 +28,21 @@ pub struct Move {
     pub kind: MoveKind,
     /// What may become of the corner at its end.
     pub corner: Corner,
+    /// What else than time decides where the axes are.
+    pub bound: Bound,
+}
+
+/// What, beside time, a movement is bound to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Bound {
+    /// Nothing.
+    #[default]
+    Free,
+    /// The spindle's turns: the feed is what follows from its speed (G33, G33.1, G76).
+    Spindle,
+    /// A probe or another input: the movement ends where it comes, at its end at the latest
+    /// (G38.2 to G38.5, G31).
+    Input,
 }
 
 /// What may become of the corner between two movements.

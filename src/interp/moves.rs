@@ -6,7 +6,7 @@ use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::arc::{ArcTask, center_letter};
 use super::execute::{Asked, Executor, MotionMode, Output};
-use super::motion::{Corner, Motion, Move, MoveKind};
+use super::motion::{Bound, Corner, Motion, Move, MoveKind};
 use super::words::{machine_coordinates_alone, whole};
 
 /// Letters of the axes that turn.
@@ -34,7 +34,9 @@ impl Executor<'_> {
     fn run_axis_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if let MotionMode::Cycle(cycle) = self.motion {
             let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
-            if asks && !asked.axes_claimed {
+            if asks && !asked.axes_claimed && self.is_thread(cycle, block) {
+                self.thread_cycle(block, asked, out);
+            } else if asks && !asked.axes_claimed {
                 self.run_cycle(cycle, block, asked, out);
             }
             return;
@@ -46,6 +48,16 @@ impl Executor<'_> {
         let is_arc = matches!(self.motion, MotionMode::Arc { .. });
         let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
+        if let MotionMode::Single(single) = self.motion {
+            if block.letters() & AXIS_LETTERS != 0 && !asked.axes_claimed {
+                self.cut_once(single, block, asked, out);
+            }
+            return;
+        }
+        if matches!(self.motion, MotionMode::Turn(_)) {
+            // It goes along a contour, which is not of this block.
+            return;
+        }
         let Some(first) = first else {
             if asked.machine_coordinates && !asked.is_faulty {
                 machine_coordinates_alone(block, out.faults);
@@ -58,6 +70,11 @@ impl Executor<'_> {
         let kind = match self.motion {
             _ if !is_whole => None,
             MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Spline(_) => None,
+            MotionMode::Turn(_) | MotionMode::Single(_) => None,
+            MotionMode::Follow(follow) => {
+                self.follow(follow, block, &to, asked, out);
+                return;
+            }
             MotionMode::None => {
                 let message = format!("{first} moves an axis, but no motion code is in force");
                 let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);
@@ -94,13 +111,18 @@ impl Executor<'_> {
     ) {
         let is_line = matches!(kind, MoveKind::Line { .. });
         let turns_only = is_line && self.turns_only(block, to);
+        let mut step = self.step(block, to, kind, out.line);
+        step.corner = corner.unwrap_or(self.corner);
+        self.apply_feed(&mut step, turns_only);
+        out.motions.push(Motion::Move(step));
+    }
+
+    /// A move from where the machine stands, without the feed in force.
+    pub(super) fn step(&mut self, block: &Block, to: &Point, kind: MoveKind, line: u32) -> Move {
         let from = std::mem::replace(&mut self.position_mm, *to);
         // A word that is no line number has been reported.
         let n = block.word(b'N').map(|word| word.value as u32);
-        let corner = corner.unwrap_or(self.corner);
-        let mut step = Move { line: out.line, n, from, to: *to, kind, corner };
-        self.apply_feed(&mut step, turns_only);
-        out.motions.push(Motion::Move(step));
+        Move { line, n, from, to: *to, kind, corner: self.corner, bound: Bound::Free }
     }
 
     /// Where the axis words lead; the position that a faulty word leads to is open.
@@ -117,7 +139,7 @@ impl Executor<'_> {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
             if asked.machine_coordinates {
                 to[axis] = value;
-            } else if self.absolute {
+            } else if self.is_position(word) {
                 to[axis] = self.frames.offset_mm()[axis] + value;
             } else {
                 to[axis] += value;
@@ -142,7 +164,7 @@ impl Executor<'_> {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
             // The angle of polar coordinates has no other unit.
             let value = if self.polar && axis == second { word.value } else { value };
-            to[axis] = if self.absolute { value } else { from[axis] + value };
+            to[axis] = if self.is_position(word) { value } else { from[axis] + value };
         }
         let words = [first, second].map(|axis| block.word(axis.letter() as u8));
         if self.polar && (words[0].is_some() || words[1].is_some()) {
@@ -171,10 +193,7 @@ impl Executor<'_> {
         word: &Word,
         faults: &mut Vec<Fault>,
     ) -> Option<(Axis, f64)> {
-        if AXIS_LETTERS & letter_bit(word.letter) == 0 {
-            return None;
-        }
-        let axis = Axis::from_letter(word.letter)?;
+        let axis = self.axis_of(word.letter)?;
         if !self.axes.contains(axis) {
             let message = format!("{word}: the machine {} has no {axis} axis", self.machine.id);
             let fault = Fault::word(&rules::MISSING_AXIS, word, message);

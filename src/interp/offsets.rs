@@ -371,19 +371,22 @@ impl Executor<'_> {
         }));
     }
 
+    /// G28, G30, G28.1 and G30.1
+    pub(super) fn reference(&mut self, op: Op, block: &Block, asked: Asked, out: &mut Output<'_>) {
+        match op {
+            Op::GoToReference(index) => self.go_to_reference(index, block, asked, out),
+            Op::StoreReference(index) => self.store_reference(index),
+            _ => {}
+        }
+    }
+
     /// G28 and G30: by way of the axis words to the reference of their axes; without any, of all.
-    pub(super) fn go_to_reference(
-        &mut self,
-        index: u8,
-        block: &Block,
-        asked: Asked,
-        out: &mut Output<'_>,
-    ) {
+    fn go_to_reference(&mut self, index: u8, block: &Block, asked: Asked, out: &mut Output<'_>) {
         let has_words = block.letters() & AXIS_LETTERS != 0;
         let by_way = self.target(block, asked, out.faults);
         let mut reference_mm = by_way;
         for axis in self.axes.iter() {
-            if has_words && !block.has(axis.letter() as u8) {
+            if has_words && !self.names_axis(block, axis) {
                 continue;
             }
             let Some(at_mm) = self.reference_mm(index, axis) else {
@@ -419,7 +422,7 @@ impl Executor<'_> {
     }
 
     /// G28.1 and G30.1
-    pub(super) fn store_reference(&mut self, index: u8) {
+    fn store_reference(&mut self, index: u8) {
         if let Some(place) = self.references.get_mut(usize::from(index)) {
             *place = AxisMap::from_fn(|axis| Some(self.position_mm[axis]));
         }
@@ -434,6 +437,9 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::LocalOffset
             | Op::SetPosition
             | Op::GoToReference(_)
+            | Op::LatheSetting
+            | Op::Stock(_)
+            | Op::ThreadCycle
             | Op::LengthOffsetByWords
             | Op::Scaling
             | Op::Rotation

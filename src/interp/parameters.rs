@@ -155,7 +155,7 @@ impl Parameters {
     }
 
     fn set_number(&mut self, number: u32, value: f64) -> Result<Set, NoValue> {
-        let raises = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
+        let raises = self.dialect == Dialect::Iso || self.dialect.is_fanuc();
         if number == ALARM && raises {
             return Ok(Set::Alarm(value));
         }
@@ -187,7 +187,7 @@ impl Parameters {
         }
         range(number)?;
         let value = self.numbered.get(number as usize).copied().unwrap_or(UNSET);
-        Ok(if value.is_nan() && self.dialect == Dialect::Fanuc { EMPTY } else { value })
+        Ok(if value.is_nan() && self.dialect.is_fanuc() { EMPTY } else { value })
     }
 
     /// Whether a named parameter is the control's own.
@@ -297,7 +297,7 @@ impl Parameters {
     }
 
     fn function(&self, function: Function, x: f64) -> Value {
-        let is_fanuc = self.dialect == Dialect::Fanuc;
+        let is_fanuc = self.dialect.is_fanuc();
         let value = match function {
             Function::Abs => x.abs(),
             Function::Acos if x.abs() <= 1.0 => x.acos().to_degrees(),
@@ -324,7 +324,7 @@ impl Parameters {
     fn binary(&self, operator: Binary, first: f64, second: f64) -> Value {
         let (a, b) = (plain(first), plain(second));
         let bits = |combine: fn(i64, i64) -> i64, logic: fn(bool, bool) -> bool| {
-            if self.dialect == Dialect::Fanuc {
+            if self.dialect.is_fanuc() {
                 combine(a as i64, b as i64) as f64
             } else {
                 truth(logic(a != 0.0, b != 0.0))

@@ -18,6 +18,7 @@ use super::findings::Place;
 use super::flow::Flow;
 use super::motion::Motion;
 use super::program::{Library, Tape, TextOptions, parse_line, program_number};
+use super::turns::Awaited;
 use super::{Dialect, MAX_PASSES, Options};
 
 /// What is being run from what is kept.
@@ -81,6 +82,8 @@ pub(super) struct Run<'a> {
     pub(super) calls_made: u64,
     /// What is wrong with subprograms that have been passed over, until they are called.
     pub(super) passed_over: Vec<PassedOver>,
+    /// The lathe cycle whose contour is being read.
+    pub(super) awaited: Option<Awaited>,
 }
 
 /// A line with faults in a subprogram that stood in the way.
@@ -112,6 +115,7 @@ impl<'a> Run<'a> {
             calls: Vec::new(),
             calls_made: 0,
             passed_over: Vec::new(),
+            awaited: None,
         }
     }
 
@@ -127,6 +131,7 @@ impl<'a> Run<'a> {
             self.step_main(motions)?;
         } else {
             self.step_body(motions)?;
+            self.end_contour(motions);
         }
         self.engine.stop(motions);
         self.engine.restore_after_call(&self.calls, motions);
@@ -194,7 +199,7 @@ impl<'a> Run<'a> {
                 Ok(())
             }
             Flow::Statement => self.statement_of_main(&block, place),
-            flow => self.follow(flow, &block, place),
+            flow => self.follow(flow, &block, place, motions),
         }
     }
 
@@ -224,12 +229,22 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         self.calls.clone_from(&calls);
-        self.follow(flow, block, place)
+        self.follow(flow, block, place, motions)
     }
 
     /// Goes where a block leads.
-    fn follow(&mut self, flow: Flow, block: &Block, place: Place<'_>) -> io::Result<()> {
+    fn follow(
+        &mut self,
+        flow: Flow,
+        block: &Block,
+        place: Place<'_>,
+        motions: &mut Vec<Motion>,
+    ) -> io::Result<()> {
         match flow {
+            Flow::Turn(turn) => self.turn(turn, block, place)?,
+            Flow::Stock { stock, first, last } => {
+                self.stock((stock, first, last), block, place, motions)?;
+            }
             Flow::Next | Flow::Statement | Flow::Unreadable => {}
             Flow::End => self.end = End::Word,
             Flow::Alarm => self.end = End::GivenUp,
@@ -242,7 +257,7 @@ impl<'a> Run<'a> {
             Flow::Return(target) => self.return_to(target, block, place)?,
             Flow::Call { number, repeats } => {
                 // `P51000` without L: the last four digits are the program, the others say how often.
-                let is_joined = self.dialect == Dialect::Fanuc
+                let is_joined = self.dialect.is_fanuc()
                     && number > 9999
                     && !block.has(b'L')
                     && block.call.is_none();

@@ -7,11 +7,10 @@
 //! they mean there: [`super::macro_variables`].
 
 use crate::base::{Axis, Plane};
-use crate::gcode::codes::SplineCode;
+use crate::gcode::codes::{CODES, Code};
 use crate::gcode::rules;
 
-use super::Dialect;
-use super::execute::{Executor, MotionMode};
+use super::execute::{Executor, MotionMode, motion_of};
 use super::feed::{FeedMode, Turning};
 use super::parameters::{NoValue, refuse};
 
@@ -26,6 +25,8 @@ enum Place {
     Tool(Axis),
     Position(Axis),
     Probed(usize),
+    /// What the last M66 has read.
+    Input,
     System,
     ShiftIsOn,
     /// Number, diameter, angles and orientation of the tool in the spindle.
@@ -52,6 +53,7 @@ fn place(number: u32) -> Option<Place> {
                 _ => return None,
             }
         }
+        5399 => Place::Input,
         5400 => Place::ToolNumber,
         5401..=5409 => Place::Tool(axis(5401)?),
         5410 => Place::ToolDiameter,
@@ -64,7 +66,7 @@ fn place(number: u32) -> Option<Place> {
 impl Executor<'_> {
     /// A numbered parameter, if it is the control's.
     pub fn parameter(&self, number: u32) -> Option<Result<f64, NoValue>> {
-        if self.dialect == Dialect::Fanuc {
+        if self.dialect.is_fanuc() {
             return self.macro_variable(number);
         }
         let tool = || self.loaded.and_then(|number| self.tools.get(number));
@@ -84,13 +86,14 @@ impl Executor<'_> {
             Place::ToolDiameter => tool().map_or(0.0, |tool| tool.diameter_mm),
             Place::ToolAngle => 0.0,
             Place::Position(axis) => self.position_in_program(axis),
-            Place::Probed(at) => self.probed.get(at).copied().unwrap_or_default(),
+            Place::Probed(at) => self.signals.probed.get(at).copied().unwrap_or_default(),
+            Place::Input => self.signals.input,
         }))
     }
 
     /// Sets a numbered parameter, if it is the control's.
     pub fn set_parameter(&mut self, number: u32, value: f64) -> Option<Result<(), NoValue>> {
-        if self.dialect == Dialect::Fanuc {
+        if self.dialect.is_fanuc() {
             return self.set_macro_variable(number, value);
         }
         match place(number)? {
@@ -100,7 +103,8 @@ impl Executor<'_> {
                 self.frames.store_system(index, |system| system.origin_mm[axis] = value);
             }
             Place::Turn(index) => self.frames.store_system(index, |system| system.turn_deg = value),
-            Place::Probed(at) => self.probed[at] = value,
+            Place::Probed(at) => self.signals.probed[at] = value,
+            Place::Input => self.signals.input = value,
             Place::System => {
                 let message = "#5220 tells the work coordinate system, and does not choose it";
                 return Some(read_only(message, "write G54 to G59.3"));
@@ -206,18 +210,10 @@ impl Executor<'_> {
 
     /// The motion code in force, ten times its number.
     pub(super) fn motion_number(&self) -> f64 {
-        match self.motion {
-            MotionMode::None | MotionMode::Foreign => 800.0,
-            MotionMode::Rapid => 0.0,
-            MotionMode::Line => 10.0,
-            MotionMode::Arc { ccw: false } => 20.0,
-            MotionMode::Arc { ccw: true } => 30.0,
-            MotionMode::Spline(SplineCode::Cubic) => 50.0,
-            MotionMode::Spline(SplineCode::Quadratic) => 51.0,
-            MotionMode::Spline(SplineCode::Nurbs) => 52.0,
-            MotionMode::Spline(SplineCode::NurbsByKnots) => 62.0,
-            MotionMode::Cycle(cycle) => f64::from(cycle as u8) * 10.0,
-        }
+        let is_own = |code: &&Code| code.op.and_then(motion_of) == Some(self.motion);
+        let has_none = matches!(self.motion, MotionMode::None | MotionMode::Foreign);
+        let own = CODES.iter().find(is_own).filter(|_| !has_none);
+        own.map_or(800.0, |code| code.tenths.into())
     }
 
     /// The feed in force as F would give it.

@@ -49,6 +49,9 @@ class Canon:
         self.scale = 1.0
         self.plane = "XY"
         self.feed = 0.0
+        self.rpm = 0.0
+        # Along the path a turn of the spindle, in mm, while moves follow its turns.
+        self.pitch = None
         self.g5x = [0.0] * 3
         self.g92 = [0.0] * 3
         self.tool = [0.0] * 3
@@ -83,8 +86,20 @@ class Canon:
             self.moves.append(Move("dwell", seconds=numbers[0]))
         elif name == "STRAIGHT_TRAVERSE":
             self.add("rapid", mm[0:3])
-        elif name == "STRAIGHT_FEED":
-            self.add("line", mm[0:3], feed=self.feed)
+        elif name in ("STRAIGHT_FEED", "STRAIGHT_PROBE"):
+            feed = self.feed if self.pitch is None else self.pitch * self.rpm
+            self.add("line", mm[0:3], feed=feed)
+        elif name == "SET_SPINDLE_SPEED":
+            self.rpm = numbers[1]
+        elif name == "START_SPEED_FEED_SYNC":
+            self.pitch = mm[0]
+        elif name == "STOP_SPEED_FEED_SYNCH":
+            self.pitch = None
+        elif name == "RIGID_TAP":
+            back = self.moves[-1].to if self.moves else (0.0, 0.0, 0.0)
+            feed = self.pitch * self.rpm
+            self.add("line", mm[0:3], feed=feed)
+            self.moves.append(Move("line", to=back, feed=feed, digit_mm=1e-4 * self.scale))
         elif name == "ARC_FEED":
             self.arc(numbers, mm)
         elif name == "NURBS_FEED":
@@ -150,7 +165,8 @@ def without_rests(moves):
     kept, at = [], (0.0, 0.0, 0.0)
     for move in moves:
         straight = move.kind in ("rapid", "line")
-        if not (straight and math.dist(move.to, at) < 1e-9):
+        # A digit of what is printed of a program in inches.
+        if not (straight and math.dist(move.to, at) < 2.6e-3):
             kept.append(move)
         at = move.to or at
     return kept

@@ -1,6 +1,6 @@
 """Random valid NC programs: lines, arcs and helices in all planes, units, distance modes, feeds,
-dwells, coordinate systems and offsets, drilling cycles, compensated outlines, splines. The same
-seed gives the same program."""
+dwells, coordinate systems and offsets, drilling cycles, compensated outlines, splines, threads,
+probes and turned contours. The same seed gives the same program."""
 
 import math
 import random
@@ -159,6 +159,77 @@ class Writer:
         self.lines.append("G40")
         self.place()
 
+    def threads(self):
+        """In step with the spindle: single threads, rigid taps, and whole cycles."""
+        self.lines.append(f"G97 S{self.random.randint(50, 900)} {self.random.choice(['M3', 'M4'])}")
+        self.place()
+        for _ in range(self.random.randint(0, 3)):
+            code = self.random.choice(["G33", "G33", "G33.1"])
+            before = dict(self.at)
+            target = {axis: self.at[axis] + 1.0 + self.random.random() for axis in "XZ"}
+            self.go(code, target, f"K{self.random.randint(1, 30) / 10}")
+            if code == "G33.1":
+                self.at = before
+        height = self.random.randint(5, 30) / 10
+        first = self.random.uniform(0.1, 0.9) * height
+        words = [
+            f"P{self.random.randint(1, 30) / 10}",
+            f"I{self.number(3.0) or 1.0:.3f}",
+            f"J{first:.3f}",
+            f"K{height:.3f}",
+        ]
+        words += self.random.choice([[], [f"R{self.random.randint(10, 25) / 10}"]])
+        words += self.random.choice([[], ["Q29.5"]])
+        words += self.random.choice([[], [f"H{self.random.randint(0, 3)}"]])
+        words += self.random.choice([[], [f"E0.5 L{self.random.randint(0, 3)}"]])
+        self.go("G76", {"Z": round(self.at["Z"] + self.random.choice([-1, 1]) * 9.0, 3)}, " ".join(words))
+        self.place()
+
+    def probe(self):
+        """rs274 comes back a little after a probe, so a place follows that is known."""
+        self.place()
+        self.go(f"G38.{self.random.randint(2, 5)}", {"Z": self.at["Z"] - 3.0})
+        self.lines.append("M66 P1 L0")
+        self.place()
+
+    def turning(self):
+        """Roughs a contour out and finishes it, outside or inside, in both directions."""
+        plane, self.plane = self.plane, "G18"
+        self.lines.append("G18")
+        self.place()
+        towards, out = self.random.choice([-1, 1]), self.random.choice([-1, 1])
+        z, x = 0.0, 20.0
+        lines = [f"G0 X{x:.3f} Z{z:.3f}", f"G1 Z{z + towards * 1.0:.3f}"]
+        z += towards * 1.0
+        for _ in range(self.random.randint(1, 4)):
+            by_z, by_x = self.random.uniform(2.0, 6.0), self.random.uniform(1.0, 3.0)
+            kind = self.random.choice(["line", "steps", "arc"])
+            if kind == "steps":
+                # Two pieces in one direction are too much for rs274.
+                lines += [f"G1 X{x + out * by_x:.4f}", f"Z{z + towards * by_z:.4f}"]
+            elif kind == "line":
+                lines.append(f"G1 X{x + out * by_x:.4f} Z{z + towards * by_z:.4f}")
+            else:
+                by_z = by_x
+                code = "G2" if towards * out < 0 else "G3"
+                lines.append(
+                    f"{code} X{x + out * by_x:.4f} Z{z + towards * by_z:.4f} I{out * by_x:.4f} K0"
+                )
+            z, x = z + towards * by_z, x + out * by_x
+        lines.append(f"G1 X{x + out * 0.5:.4f} Z{z + towards * 1.0:.4f}")
+        number = 500 + len(self.lines)
+        self.lines += [f"o{number} sub", *lines, f"o{number} endsub"]
+        begin = f"X{x + out * 2.0:.3f} Z{-towards * 1.0:.3f}"
+        left = self.random.choice(["", " D0.3"])
+        code = self.random.choice(["G71", "G71.1", "G71.2"])
+        self.lines += [
+            f"{code} Q{number} {begin} I{self.random.uniform(0.6, 3.0):.3f} R0.3{left}",
+            f"G70 Q{number} {begin} P{self.random.randint(1, 2)} D0.2",
+            plane,
+        ]
+        self.plane = plane
+        self.place()
+
     def spline(self):
         """Splines in XY, and a line behind, which tells where they end."""
         self.lines.append("G17")
@@ -253,6 +324,9 @@ def generate(seed):
             writer.spline,
             writer.polar,
             writer.kept,
+            writer.threads,
+            writer.probe,
+            writer.turning,
         ]
         writer.random.choice(plain * 3 + rare)()
     writer.lines.append(writer.random.choice(["M2", "M30"]))

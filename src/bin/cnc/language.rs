@@ -42,10 +42,11 @@ pub struct DialectArg(pub Dialect);
 
 impl ValueEnum for DialectArg {
     fn value_variants<'a>() -> &'a [DialectArg] {
-        const ALL: [DialectArg; 4] = [
+        const ALL: [DialectArg; 5] = [
             DialectArg(Dialect::Iso),
             DialectArg(Dialect::LinuxCnc),
             DialectArg(Dialect::Fanuc),
+            DialectArg(Dialect::FanucLathe),
             DialectArg(Dialect::Grbl),
         ];
         &ALL

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use cnc::base::{
     Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Point, Severity, Source, Spline,
 };
-use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
+use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
@@ -164,7 +164,11 @@ impl<W: Write> Listing<W> {
         let text = &mut self.text;
         let name = match step.kind {
             MoveKind::Rapid => "rapid",
-            MoveKind::Line { .. } => "line",
+            MoveKind::Line { .. } => match step.bound {
+                Bound::Free => "line",
+                Bound::Spindle => "thread",
+                Bound::Input => "probe",
+            },
             MoveKind::Arc { ccw: true, .. } => "arc ccw",
             MoveKind::Arc { ccw: false, .. } => "arc cw",
             MoveKind::Spline { .. } => "spline",
@@ -218,6 +222,11 @@ impl<W: Write> Listing<W> {
         if let Some(feed_mm_min) = step.kind.feed_mm_min() {
             text.extend_from_slice(b",\"feed\":");
             number(text, feed_mm_min);
+        }
+        match step.bound {
+            Bound::Free => {}
+            Bound::Spindle => text.extend_from_slice(b",\"sync\":true"),
+            Bound::Input => text.extend_from_slice(b",\"probe\":true"),
         }
         if let MoveKind::Spline { curve, .. } = &step.kind {
             json_spline(text, axes, curve);
@@ -310,6 +319,12 @@ fn json_event(text: &mut Vec<u8>, event: &Event) {
             if let Some(rpm) = rpm_max {
                 field(text, "d", rpm);
             }
+        }
+        EventKind::WaitInput { number, analog, kind, seconds } => {
+            text.extend_from_slice(b",\"code\":\"M66\"");
+            field(text, if analog { "e" } else { "p" }, number.into());
+            field(text, "l", kind.into());
+            field(text, "q", seconds);
         }
         EventKind::T(tool) => {
             text.extend_from_slice(b",\"code\":\"T\"");
