@@ -1,10 +1,8 @@
 //! The numbers of NC words: sign, digits, a point; no exponents, for `E` is a letter of its own.
 
-use nom::branch::alt;
-use nom::bytes::complete::{tag, take_while};
-use nom::combinator::{opt, value};
+use nom::IResult;
+use nom::bytes::complete::take_while;
 use nom::error::{ErrorKind, ParseError};
-use nom::{IResult, Parser};
 
 /// What a stretch of a line is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,8 +56,9 @@ pub fn is_blank(byte: u8) -> bool {
 }
 
 /// A number, correctly rounded. Takes the blanks before it.
+#[inline(always)]
 pub fn number(input: &[u8]) -> Parsed<'_, f64> {
-    let (rest, negative) = if starts_number(input) { (input, false) } else { sign(input)? };
+    let (rest, negative) = if starts_number(input) { (input, false) } else { sign(input) };
     let (rest, magnitude) = magnitude(rest)?;
     Ok((rest, if negative { -magnitude } else { magnitude }))
 }
@@ -69,45 +68,63 @@ fn starts_number(input: &[u8]) -> bool {
 }
 
 /// Whether a minus stands before the number; blanks on both sides are taken.
-fn sign(input: &[u8]) -> Parsed<'_, bool> {
-    let signs = alt((value(true, tag("-")), value(false, tag("+"))));
-    (blanks, opt(signs), blanks).map(|(_, negative, _)| negative.unwrap_or(false)).parse(input)
+#[inline]
+fn sign(input: &[u8]) -> (&[u8], bool) {
+    match after_blanks(input) {
+        [b'-', rest @ ..] => (after_blanks(rest), true),
+        [b'+', rest @ ..] => (after_blanks(rest), false),
+        rest => (rest, false),
+    }
 }
 
+#[inline]
+fn after_blanks(mut input: &[u8]) -> &[u8] {
+    while let [b' ' | b'\t', rest @ ..] = input {
+        input = rest;
+    }
+    input
+}
+
+#[inline(always)]
 fn magnitude(input: &[u8]) -> Parsed<'_, f64> {
     let mut mantissa = 0_u64;
     let (mut digits, mut decimals, mut point) = (0_usize, 0_usize, false);
-    let mut at = 0;
-    while let Some(&byte) = input.get(at) {
-        match byte {
-            b'0'..=b'9' => {
-                digits += 1;
-                decimals += usize::from(point);
-                // Wraps only where there are too many digits, and the mantissa is not used.
-                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+    let mut rest = input;
+    loop {
+        while let [byte @ b'0'..=b'9', after @ ..] = rest {
+            // Wraps only where there are too many digits, and the mantissa is not used.
+            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+            digits += 1;
+            decimals += usize::from(point);
+            rest = after;
+        }
+        match rest {
+            [b'.', after @ ..] if !point => {
+                point = true;
+                rest = after;
             }
-            b'.' if !point => point = true,
-            _ if is_blank(byte) => {
-                let blanks = input[at..].iter().take_while(|byte| is_blank(**byte)).count();
-                match input.get(at + blanks) {
-                    Some(b'0'..=b'9') => {}
-                    Some(b'.') if !point => {}
-                    _ => break,
-                }
-                at += blanks - 1;
-            }
+            [b' ' | b'\t', after @ ..] => match after_blanks(after) {
+                after @ [b'0'..=b'9', ..] => rest = after,
+                after @ [b'.', ..] if !point => rest = after,
+                _ => break,
+            },
             _ => break,
         }
-        at += 1;
     }
     if digits == 0 {
         return Err(nom::Err::Error(SyntaxError::NoNumber));
     }
-    let (text, rest) = input.split_at(at);
-    let magnitude = match POWERS_OF_TEN.get(decimals) {
-        Some(power) if digits <= DIGITS_MAX && mantissa <= MANTISSA_MAX => mantissa as f64 / power,
-        _ => by_std(text)?,
-    };
+    if let Some(power) = POWERS_OF_TEN.get(decimals)
+        && digits <= DIGITS_MAX
+        && mantissa <= MANTISSA_MAX
+    {
+        // What comes next need not wait for the division if the mantissa is small enough already.
+        let magnitude = mantissa as i64 as f64 / power;
+        if mantissa <= NUMBER_MAX as u64 || magnitude <= NUMBER_MAX {
+            return Ok((rest, magnitude));
+        }
+    }
+    let magnitude = by_std(&input[..input.len() - rest.len()])?;
     if magnitude > NUMBER_MAX {
         return Err(nom::Err::Failure(SyntaxError::TooLarge));
     }
@@ -115,6 +132,7 @@ fn magnitude(input: &[u8]) -> Parsed<'_, f64> {
 }
 
 /// Numbers of too many digits for one exact division.
+#[cold]
 fn by_std(text: &[u8]) -> Result<f64, nom::Err<SyntaxError>> {
     let text: String =
         text.iter().filter(|byte| !is_blank(**byte)).map(|byte| char::from(*byte)).collect();

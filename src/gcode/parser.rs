@@ -21,7 +21,8 @@ use super::rules;
 pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
     block.clear();
     let faults_before = faults.len();
-    let mut parser = Parsing { line, rest: line, block, faults, words_end: None };
+    let rest = plain_words(line, block);
+    let mut parser = Parsing { line, rest, block, faults, words_end: None };
     while let Some(&byte) = parser.rest.first() {
         if parser.item(byte).is_none() {
             break;
@@ -38,6 +39,33 @@ pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
             faults.push(not_text(line, at));
         }
     }
+}
+
+/// Reads words with plain numbers, of which most lines are, and gives what follows them: whatever
+/// else stands in the line, or may be wrong with it, is for [`Parsing`], which reads them the same.
+fn plain_words<'a>(line: &'a [u8], block: &mut Block) -> &'a [u8] {
+    let mut rest = line;
+    while let [byte, after @ ..] = rest {
+        if is_blank(*byte) {
+            rest = after;
+            continue;
+        }
+        let letter = byte.to_ascii_uppercase();
+        // An O may begin a statement.
+        let is_word = letter.is_ascii_uppercase() && letter != b'O';
+        let has_number = matches!(after.first(), Some(b'0'..=b'9' | b'.' | b'-'));
+        if !is_word || !has_number {
+            break;
+        }
+        let Ok((behind, value)) = number(after) else { break };
+        let place = |rest: &[u8]| (line.len() - rest.len()) as u32;
+        let word = Word { letter, value, start: place(rest), end: place(behind) };
+        if block.push(word).is_err() {
+            break;
+        }
+        rest = behind;
+    }
+    rest
 }
 
 /// How far into a line its parser is. `None` from a method: the rest of the line is given up.
