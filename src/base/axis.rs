@@ -36,17 +36,12 @@ impl Axis {
     }
 
     /// The axis of an upper-case letter.
+    #[inline]
     pub fn from_letter(letter: u8) -> Option<Axis> {
         match letter {
-            b'X' => Some(Axis::X),
-            b'Y' => Some(Axis::Y),
-            b'Z' => Some(Axis::Z),
-            b'A' => Some(Axis::A),
-            b'B' => Some(Axis::B),
-            b'C' => Some(Axis::C),
-            b'U' => Some(Axis::U),
-            b'V' => Some(Axis::V),
-            b'W' => Some(Axis::W),
+            b'X'..=b'Z' => Some(Axis::ALL[usize::from(letter - b'X')]),
+            b'A'..=b'C' => Some(Axis::ALL[usize::from(letter - b'A') + 3]),
+            b'U'..=b'W' => Some(Axis::ALL[usize::from(letter - b'U') + 6]),
             _ => None,
         }
     }

@@ -85,12 +85,13 @@ pub fn check(
     let mut summary = Summary { start_mm: run.engine.executor.position_mm(), ..Summary::default() };
     let mut motions = Vec::new();
     while run.step(&mut motions)? {
-        for motion in motions.drain(..) {
+        for motion in &motions {
             match motion {
                 Motion::Move(_) => summary.moves += 1,
                 Motion::Event(_) => summary.events += 1,
             }
         }
+        motions.clear();
     }
     check_rest(&mut run)?;
     if run.engine.blocks == 0 && run.engine.findings.errors == 0 {

@@ -254,7 +254,7 @@ fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
     }
 }
 
-fn fault(error: NoValue, start: u32, end: u32) -> Fault {
+fn fault(error: Box<NoValue>, start: u32, end: u32) -> Fault {
     let fault = Fault::new(error.rule, start, end, error.message);
     match error.help {
         Some(help) => fault.help(help),

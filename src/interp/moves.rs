@@ -78,13 +78,19 @@ impl Executor<'_> {
     ) {
         let is_line = matches!(kind, MoveKind::Line { .. });
         let turns_only = is_line && self.turns_only(block, to);
-        let from = std::mem::replace(&mut self.position_mm, *to);
-        // A word that is no line number has been reported.
-        let n = block.word(b'N').map(|word| word.value as u32);
-        let corner = corner.unwrap_or(self.corner);
-        let mut step = Move { line: out.line, n, from, to: *to, kind, corner };
-        self.apply_feed(&mut step, turns_only);
-        out.motions.push(Motion::Move(step));
+        out.motions.push(Motion::Move(Move {
+            line: out.line,
+            // A word that is no line number has been reported.
+            n: block.word(b'N').map(|word| word.value as u32),
+            from: self.position_mm,
+            to: *to,
+            kind,
+            corner: corner.unwrap_or(self.corner),
+        }));
+        self.position_mm = *to;
+        if let Some(Motion::Move(step)) = out.motions.last_mut() {
+            self.apply_feed(step, turns_only);
+        }
     }
 
     /// Where the axis words lead; the position that a faulty word leads to is open.
@@ -159,25 +165,29 @@ impl Executor<'_> {
 
     /// The axis of a word and its value in mm or degrees; none for other words, and for axes that
     /// the machine does not have.
+    #[inline]
     pub(super) fn axis_word(
         &mut self,
         word: &Word,
         faults: &mut Vec<Fault>,
     ) -> Option<(Axis, f64)> {
-        if AXIS_LETTERS & letter_bit(word.letter) == 0 {
-            return None;
-        }
         let axis = Axis::from_letter(word.letter)?;
         if !self.axes.contains(axis) {
-            let message = format!("{word}: the machine {} has no {axis} axis", self.machine.id);
-            let fault = Fault::word(&rules::MISSING_AXIS, word, message);
-            faults.push(fault.help("leave the word out, or take another machine (--machine)"));
+            self.miss_axis(word, faults);
             return None;
         }
         self.axes_used.insert(axis);
         let scale = if axis.is_rotary() { 1.0 } else { self.mm_per_unit };
         let share = if self.diameters && axis == Axis::X { 0.5 } else { 1.0 };
         Some((axis, word.value * scale * share))
+    }
+
+    #[cold]
+    fn miss_axis(&self, word: &Word, faults: &mut Vec<Fault>) {
+        let (id, axis) = (&self.machine.id, char::from(word.letter));
+        let message = format!("{word}: the machine {id} has no {axis} axis");
+        let fault = Fault::word(&rules::MISSING_AXIS, word, message);
+        faults.push(fault.help("leave the word out, or take another machine (--machine)"));
     }
 
     /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.

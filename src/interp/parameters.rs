@@ -44,10 +44,10 @@ pub(super) struct NoValue {
     pub help: Option<&'static str>,
 }
 
-type Value = Result<f64, NoValue>;
+type Value = Result<f64, Box<NoValue>>;
 
-fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
-    Err(NoValue { rule, message: message.into(), help: None })
+fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, Box<NoValue>> {
+    Err(Box::new(NoValue { rule, message: message.into(), help: None }))
 }
 
 /// What is to be set: a parameter, found before anything of its line is set.
@@ -132,7 +132,7 @@ impl Parameters {
     }
 
     /// Sets a parameter.
-    pub fn set(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
+    pub fn set(&mut self, target: &Target, value: f64) -> Result<Set, Box<NoValue>> {
         match target {
             Target::Name(name) if name.starts_with('_') => {
                 self.globals.insert(Rc::clone(name), value);
@@ -145,7 +145,7 @@ impl Parameters {
         Ok(Set::Done)
     }
 
-    fn set_number(&mut self, number: u32, value: f64) -> Result<Set, NoValue> {
+    fn set_number(&mut self, number: u32, value: f64) -> Result<Set, Box<NoValue>> {
         let raises = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
         if number == ALARM && raises {
             return Ok(Set::Alarm(value));
@@ -165,7 +165,7 @@ impl Parameters {
         Ok(Set::Done)
     }
 
-    fn range(&self, number: u32) -> Result<(), NoValue> {
+    fn range(&self, number: u32) -> Result<(), Box<NoValue>> {
         if self.dialect == Dialect::Fanuc && number >= 1000 {
             let message = format!("the system variable #{number} is not supported");
             return refuse(&rules::BAD_PARAMETER, message);
@@ -206,17 +206,20 @@ impl Parameters {
     }
 
     fn named(&self, name: &str, executor: &Executor<'_>) -> Value {
-        self.find(name, executor).ok_or_else(|| NoValue {
-            rule: &rules::UNSET_PARAMETER,
-            message: format!("#<{name}> is read here, and nothing has set it"),
-            help: Some(
-                "set it before; names that begin with _ are global, all others of their subprogram",
-            ),
+        self.find(name, executor).ok_or_else(|| {
+            Box::new(NoValue {
+                rule: &rules::UNSET_PARAMETER,
+                message: format!("#<{name}> is read here, and nothing has set it"),
+                help: Some(
+                    "set it before; names that begin with _ are global, all others of their \
+                     subprogram",
+                ),
+            })
         })
     }
 
     /// The number of a parameter that a value stands for.
-    fn number_of(value: f64) -> Result<u32, NoValue> {
+    fn number_of(value: f64) -> Result<u32, Box<NoValue>> {
         // As RS274/NGC: what is nearly whole is.
         let whole = plain(value).round();
         if (plain(value) - whole).abs() > 1e-4 || !(0.0..=f64::from(u32::MAX)).contains(&whole) {
@@ -232,7 +235,7 @@ impl Parameters {
         step: &Step,
         code: &[Step],
         executor: &Executor<'_>,
-    ) -> Result<Target, NoValue> {
+    ) -> Result<Target, Box<NoValue>> {
         match step {
             Step::Parameter(number) => Ok(Target::Number(*number)),
             Step::Named(name) => Ok(Target::Name(Rc::clone(name))),
