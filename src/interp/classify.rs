@@ -17,9 +17,6 @@ impl Executor<'_> {
     pub(super) fn classify(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Asked {
         self.codes.clear();
         let mut asked = Asked::default();
-        if block.letters() & (letter_bit(b'G') | letter_bit(b'M') | letter_bit(b'E')) == 0 {
-            return asked;
-        }
         let mut groups = 0_u32;
         for word in block.words() {
             if !matches!(word.letter, b'G' | b'M') {

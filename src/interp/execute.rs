@@ -191,6 +191,9 @@ impl<'a> Executor<'a> {
         if let Some(call) = &block.call {
             return call_flow(block, call, out.faults);
         }
+        if self.run_straight(block, out) {
+            return Flow::Next;
+        }
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
@@ -295,7 +298,7 @@ impl<'a> Executor<'a> {
         Flow::Next
     }
 
-    fn set_motion(&mut self, op: Op, asked: &mut Asked) {
+    pub(super) fn set_motion(&mut self, op: Op, asked: &mut Asked) {
         asked.is_motion_named = true;
         self.motion = motion_of(op).unwrap_or(self.motion);
         if !matches!(op, Op::Cycle(_)) {
