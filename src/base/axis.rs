@@ -38,12 +38,7 @@ impl Axis {
     /// The axis of an upper-case letter.
     #[inline]
     pub fn from_letter(letter: u8) -> Option<Axis> {
-        match letter {
-            b'X'..=b'Z' => Some(Axis::ALL[usize::from(letter - b'X')]),
-            b'A'..=b'C' => Some(Axis::ALL[usize::from(letter - b'A') + 3]),
-            b'U'..=b'W' => Some(Axis::ALL[usize::from(letter - b'U') + 6]),
-            _ => None,
-        }
+        *BY_LETTER.get(usize::from(letter.wrapping_sub(b'A')))?
     }
 
     /// Whether the axis turns: its unit is then the degree, wherever a name says mm.
@@ -51,6 +46,17 @@ impl Axis {
         matches!(self, Axis::A | Axis::B | Axis::C)
     }
 }
+
+/// The axes of the letters from A to Z.
+const BY_LETTER: [Option<Axis>; 26] = {
+    let mut axes = [None; 26];
+    let mut i = 0;
+    while i < AXES {
+        axes[(b"XYZABCUVW"[i] - b'A') as usize] = Some(Axis::ALL[i]);
+        i += 1;
+    }
+    axes
+};
 
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

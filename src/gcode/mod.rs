@@ -12,6 +12,7 @@ mod fault;
 mod lines;
 mod number;
 mod parser;
+mod plain;
 pub mod rules;
 
 pub use block::{Block, Call, Message, MessageKind, Word, letter_bit};

@@ -87,56 +87,70 @@ fn after_blanks(mut input: &[u8]) -> &[u8] {
 
 #[inline(always)]
 fn magnitude(input: &[u8]) -> Parsed<'_, f64> {
-    let mut mantissa = 0_u64;
-    let (mut digits, mut decimals, mut point) = (0_usize, 0_usize, false);
-    let mut rest = input;
-    loop {
-        while let [byte @ b'0'..=b'9', after @ ..] = rest {
-            // Wraps only where there are too many digits, and the mantissa is not used.
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
-            digits += 1;
-            decimals += usize::from(point);
-            rest = after;
-        }
-        match rest {
-            [b'.', after @ ..] if !point => {
-                point = true;
-                rest = after;
-            }
-            [b' ' | b'\t', after @ ..] => match after_blanks(after) {
-                after @ [b'0'..=b'9', ..] => rest = after,
-                after @ [b'.', ..] if !point => rest = after,
-                _ => break,
-            },
-            _ => break,
-        }
+    let (mut mantissa, mut at) = (0_u64, 0);
+    let mut digits = take_digits(input, &mut at, &mut mantissa);
+    let mut decimals = 0;
+    if input.get(at) == Some(&b'.') {
+        at += 1;
+        decimals = take_digits(input, &mut at, &mut mantissa);
+        digits += decimals;
+    }
+    if input.get(at).is_some_and(|byte| is_blank(*byte)) && goes_on(&input[at..]) {
+        return by_std(input);
     }
     if digits == 0 {
         return Err(nom::Err::Error(SyntaxError::NoNumber));
     }
-    if let Some(power) = POWERS_OF_TEN.get(decimals)
-        && digits <= DIGITS_MAX
-        && mantissa <= MANTISSA_MAX
-    {
-        // What comes next need not wait for the division if the mantissa is small enough already.
-        let magnitude = mantissa as i64 as f64 / power;
-        if mantissa <= NUMBER_MAX as u64 || magnitude <= NUMBER_MAX {
-            return Ok((rest, magnitude));
+    match POWERS_OF_TEN.get(decimals) {
+        Some(power) if mantissa <= MANTISSA_MAX && digits <= DIGITS_MAX => {
+            let whole = mantissa as i64 as f64;
+            let magnitude = if decimals == 0 { whole } else { whole / power };
+            // Of a small mantissa this is known before the division is done.
+            if mantissa > NUMBER_MAX as u64 && magnitude > NUMBER_MAX {
+                return Err(nom::Err::Failure(SyntaxError::TooLarge));
+            }
+            Ok((&input[at..], magnitude))
         }
+        _ => by_std(input),
     }
-    let magnitude = by_std(&input[..input.len() - rest.len()])?;
+}
+
+/// Reads on in a mantissa while there are digits, and counts them. It wraps only where there are
+/// too many, and is not used then.
+#[inline(always)]
+fn take_digits(input: &[u8], at: &mut usize, mantissa: &mut u64) -> usize {
+    let from = *at;
+    while let Some(digit @ 0..=9) = input.get(*at).map(|byte| byte.wrapping_sub(b'0')) {
+        *mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+        *at += 1;
+    }
+    *at - from
+}
+
+/// Whether a number may go on behind blanks.
+fn goes_on(blanks: &[u8]) -> bool {
+    starts_number(after_blanks(blanks))
+}
+
+/// Numbers of many digits, or with blanks inside.
+#[cold]
+fn by_std(input: &[u8]) -> Parsed<'_, f64> {
+    let (mut text, mut end, mut point) = (String::new(), 0, false);
+    for (at, byte) in input.iter().enumerate() {
+        match byte {
+            b'0'..=b'9' => {}
+            b'.' if !point => point = true,
+            byte if is_blank(*byte) => continue,
+            _ => break,
+        }
+        text.push(char::from(*byte));
+        end = at + 1;
+    }
+    let magnitude: f64 = text.parse().map_err(|_| nom::Err::Error(SyntaxError::NoNumber))?;
     if magnitude > NUMBER_MAX {
         return Err(nom::Err::Failure(SyntaxError::TooLarge));
     }
-    Ok((rest, magnitude))
-}
-
-/// Numbers of too many digits for one exact division.
-#[cold]
-fn by_std(text: &[u8]) -> Result<f64, nom::Err<SyntaxError>> {
-    let text: String =
-        text.iter().filter(|byte| !is_blank(**byte)).map(|byte| char::from(*byte)).collect();
-    text.parse().map_err(|_| nom::Err::Error(SyntaxError::NoNumber))
+    Ok((&input[end..], magnitude))
 }
 
 #[cfg(test)]

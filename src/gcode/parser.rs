@@ -13,6 +13,7 @@ use super::control::{Assignment, Control, Label, Statement, after_label, macro_b
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
+use super::plain::plain_words;
 use super::rules;
 
 /// Reads a line into a block, and what is wrong with it into `faults`.
@@ -39,33 +40,6 @@ pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
             faults.push(not_text(line, at));
         }
     }
-}
-
-/// Reads words with plain numbers, of which most lines are, and gives what follows them: whatever
-/// else stands in the line, or may be wrong with it, is for [`Parsing`], which reads them the same.
-fn plain_words<'a>(line: &'a [u8], block: &mut Block) -> &'a [u8] {
-    let mut rest = line;
-    while let [byte, after @ ..] = rest {
-        if is_blank(*byte) {
-            rest = after;
-            continue;
-        }
-        let letter = byte.to_ascii_uppercase();
-        // An O may begin a statement.
-        let is_word = letter.is_ascii_uppercase() && letter != b'O';
-        let has_number = matches!(after.first(), Some(b'0'..=b'9' | b'.' | b'-'));
-        if !is_word || !has_number {
-            break;
-        }
-        let Ok((behind, value)) = number(after) else { break };
-        let place = |rest: &[u8]| (line.len() - rest.len()) as u32;
-        let word = Word { letter, value, start: place(rest), end: place(behind) };
-        if block.push(word).is_err() {
-            break;
-        }
-        rest = behind;
-    }
-    rest
 }
 
 /// How far into a line its parser is. `None` from a method: the rest of the line is given up.

@@ -178,7 +178,7 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
 fn sha256(source: &Source) -> io::Result<[u8; 32]> {
     let mut hash = Sha256::new();
     let mut reader = source.reader(0);
-    let mut chunk = vec![0; 256 * 1024];
+    let mut chunk = vec![0; 64 * 1024];
     loop {
         let count = match reader.read(&mut chunk) {
             Ok(0) => return Ok(hash.finalize().into()),

@@ -102,6 +102,12 @@ impl Executor<'_> {
             }
             return self.place(&program);
         }
+        self.plain_target(block, asked, faults)
+    }
+
+    /// The same where frames only shift.
+    #[inline]
+    fn plain_target(&mut self, block: &Block, asked: Asked, faults: &mut Vec<Fault>) -> Point {
         let mut to = self.position_mm;
         for word in block.words() {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
