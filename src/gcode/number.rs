@@ -1,8 +1,10 @@
 //! The numbers of NC words: sign, digits, a point; no exponents, for `E` is a letter of its own.
 
-use nom::IResult;
-use nom::bytes::complete::take_while;
+use nom::branch::alt;
+use nom::bytes::complete::{tag, take_while};
+use nom::combinator::{opt, value};
 use nom::error::{ErrorKind, ParseError};
+use nom::{IResult, Parser};
 
 /// What a stretch of a line is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +35,7 @@ pub type Parsed<'a, T> = IResult<&'a [u8], T, SyntaxError>;
 pub const NUMBER_MAX: f64 = 1e9;
 
 /// Powers of ten that f64 holds exactly.
-const POWERS_OF_TEN: [f64; 23] = [
+pub(super) const POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
@@ -56,9 +58,8 @@ pub fn is_blank(byte: u8) -> bool {
 }
 
 /// A number, correctly rounded. Takes the blanks before it.
-#[inline(always)]
 pub fn number(input: &[u8]) -> Parsed<'_, f64> {
-    let (rest, negative) = if starts_number(input) { (input, false) } else { sign(input) };
+    let (rest, negative) = if starts_number(input) { (input, false) } else { sign(input)? };
     let (rest, magnitude) = magnitude(rest)?;
     Ok((rest, if negative { -magnitude } else { magnitude }))
 }
@@ -68,89 +69,56 @@ fn starts_number(input: &[u8]) -> bool {
 }
 
 /// Whether a minus stands before the number; blanks on both sides are taken.
-#[inline]
-fn sign(input: &[u8]) -> (&[u8], bool) {
-    match after_blanks(input) {
-        [b'-', rest @ ..] => (after_blanks(rest), true),
-        [b'+', rest @ ..] => (after_blanks(rest), false),
-        rest => (rest, false),
-    }
+fn sign(input: &[u8]) -> Parsed<'_, bool> {
+    let signs = alt((value(true, tag("-")), value(false, tag("+"))));
+    (blanks, opt(signs), blanks).map(|(_, negative, _)| negative.unwrap_or(false)).parse(input)
 }
 
-#[inline]
-fn after_blanks(mut input: &[u8]) -> &[u8] {
-    while let [b' ' | b'\t', rest @ ..] = input {
-        input = rest;
-    }
-    input
-}
-
-#[inline(always)]
 fn magnitude(input: &[u8]) -> Parsed<'_, f64> {
-    let (mut mantissa, mut at) = (0_u64, 0);
-    let mut digits = take_digits(input, &mut at, &mut mantissa);
-    let mut decimals = 0;
-    if input.get(at) == Some(&b'.') {
+    let mut mantissa = 0_u64;
+    let (mut digits, mut decimals, mut point) = (0_usize, 0_usize, false);
+    let mut at = 0;
+    while let Some(&byte) = input.get(at) {
+        match byte {
+            b'0'..=b'9' => {
+                digits += 1;
+                decimals += usize::from(point);
+                // Wraps only where there are too many digits, and the mantissa is not used.
+                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+            }
+            b'.' if !point => point = true,
+            _ if is_blank(byte) => {
+                let blanks = input[at..].iter().take_while(|byte| is_blank(**byte)).count();
+                match input.get(at + blanks) {
+                    Some(b'0'..=b'9') => {}
+                    Some(b'.') if !point => {}
+                    _ => break,
+                }
+                at += blanks - 1;
+            }
+            _ => break,
+        }
         at += 1;
-        decimals = take_digits(input, &mut at, &mut mantissa);
-        digits += decimals;
-    }
-    if input.get(at).is_some_and(|byte| is_blank(*byte)) && goes_on(&input[at..]) {
-        return by_std(input);
     }
     if digits == 0 {
         return Err(nom::Err::Error(SyntaxError::NoNumber));
     }
-    match POWERS_OF_TEN.get(decimals) {
-        Some(power) if mantissa <= MANTISSA_MAX && digits <= DIGITS_MAX => {
-            let whole = mantissa as i64 as f64;
-            let magnitude = if decimals == 0 { whole } else { whole / power };
-            // Of a small mantissa this is known before the division is done.
-            if mantissa > NUMBER_MAX as u64 && magnitude > NUMBER_MAX {
-                return Err(nom::Err::Failure(SyntaxError::TooLarge));
-            }
-            Ok((&input[at..], magnitude))
-        }
-        _ => by_std(input),
-    }
-}
-
-/// Reads on in a mantissa while there are digits, and counts them. It wraps only where there are
-/// too many, and is not used then.
-#[inline(always)]
-fn take_digits(input: &[u8], at: &mut usize, mantissa: &mut u64) -> usize {
-    let from = *at;
-    while let Some(digit @ 0..=9) = input.get(*at).map(|byte| byte.wrapping_sub(b'0')) {
-        *mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-        *at += 1;
-    }
-    *at - from
-}
-
-/// Whether a number may go on behind blanks.
-fn goes_on(blanks: &[u8]) -> bool {
-    starts_number(after_blanks(blanks))
-}
-
-/// Numbers of many digits, or with blanks inside.
-#[cold]
-fn by_std(input: &[u8]) -> Parsed<'_, f64> {
-    let (mut text, mut end, mut point) = (String::new(), 0, false);
-    for (at, byte) in input.iter().enumerate() {
-        match byte {
-            b'0'..=b'9' => {}
-            b'.' if !point => point = true,
-            byte if is_blank(*byte) => continue,
-            _ => break,
-        }
-        text.push(char::from(*byte));
-        end = at + 1;
-    }
-    let magnitude: f64 = text.parse().map_err(|_| nom::Err::Error(SyntaxError::NoNumber))?;
+    let (text, rest) = input.split_at(at);
+    let magnitude = match POWERS_OF_TEN.get(decimals) {
+        Some(power) if digits <= DIGITS_MAX && mantissa <= MANTISSA_MAX => mantissa as f64 / power,
+        _ => by_std(text)?,
+    };
     if magnitude > NUMBER_MAX {
         return Err(nom::Err::Failure(SyntaxError::TooLarge));
     }
-    Ok((&input[end..], magnitude))
+    Ok((rest, magnitude))
+}
+
+/// Numbers of too many digits for one exact division.
+fn by_std(text: &[u8]) -> Result<f64, nom::Err<SyntaxError>> {
+    let text: String =
+        text.iter().filter(|byte| !is_blank(**byte)).map(|byte| char::from(*byte)).collect();
+    text.parse().map_err(|_| nom::Err::Error(SyntaxError::NoNumber))
 }
 
 #[cfg(test)]
