@@ -9,8 +9,10 @@ use cnc::gcode::{Block, Lines, parse};
 use cnc::interp::{self, Options};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
-/// Programs: their name, how much is counted of them, and what writes them.
-const PROGRAMS: [(&str, u32, fn(u32) -> String); 5] = [
+/// A program: its name, how much is counted of it, and what writes it.
+type Program = (&'static str, u32, fn(u32) -> String);
+
+const PROGRAMS: [Program; 5] = [
     ("short", 200_000, short),
     ("verbose", 200_000, verbose),
     ("arcs", 100_000, arcs),
@@ -43,7 +45,7 @@ fn verbose(count: u32) -> String {
 fn arcs(count: u32) -> String {
     let half_circle = |k: u32| {
         let radius = 1.0 + f64::from(k / 2 % 97) * 0.05;
-        let by = if k % 2 == 0 { radius } else { -radius };
+        let by = if k.is_multiple_of(2) { radius } else { -radius };
         format!("G3 X{:.2} Y0 I{by:.2} J0\n", 2.0 * by)
     };
     String::from("G91\n") + &each(count, half_circle)

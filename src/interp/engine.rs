@@ -120,7 +120,7 @@ impl<'a> Engine<'a> {
                 }
                 Ok(value) => computed.give_value(*place, plain(value)),
                 Err(error) => {
-                    self.faults.push(fault(error, word.start, word.end));
+                    self.faults.push(fault(*error, word.start, word.end));
                     self.left_out.push(*place);
                 }
             }
@@ -140,12 +140,12 @@ impl<'a> Engine<'a> {
             let (start, end) = (assignment.start, assignment.end);
             // What has no value is set all the same: one fault shall not make others.
             let value = value.unwrap_or_else(|error| {
-                self.faults.push(fault(error, start, end));
+                self.faults.push(fault(*error, start, end));
                 0.0
             });
             match target {
                 Ok(target) => self.to_set.push((target, value)),
-                Err(error) => self.faults.push(fault(error, start, end)),
+                Err(error) => self.faults.push(fault(*error, start, end)),
             }
         }
         let mut alarm = false;
@@ -160,7 +160,7 @@ impl<'a> Engine<'a> {
                     let message = format!("the program raises alarm {}{text}", plain(number));
                     self.faults.push(Fault::new(&rules::ALARM, start, end, message));
                 }
-                Err(error) => self.faults.push(fault(error, start, end)),
+                Err(error) => self.faults.push(fault(*error, start, end)),
             }
         }
         alarm
@@ -172,7 +172,7 @@ impl<'a> Engine<'a> {
             Ok(value) => Some(value),
             Err(error) => {
                 let (start, end) = block.extent();
-                self.faults.push(fault(error, start, end));
+                self.faults.push(fault(*error, start, end));
                 None
             }
         }
@@ -254,7 +254,7 @@ fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
     }
 }
 
-fn fault(error: Box<NoValue>, start: u32, end: u32) -> Fault {
+fn fault(error: NoValue, start: u32, end: u32) -> Fault {
     let fault = Fault::new(error.rule, start, end, error.message);
     match error.help {
         Some(help) => fault.help(help),
