@@ -191,7 +191,7 @@ impl<'a> Executor<'a> {
         if let Some(call) = &block.call {
             return call_flow(block, call, out.faults);
         }
-        if self.run_straight(block, out) {
+        if self.run_plain_move(block, out) {
             return Flow::Next;
         }
         let mut asked = self.classify(block, out.faults);
