@@ -18,6 +18,8 @@ pub enum Op {
     SpindleClockwise,
     SpindleCounterClockwise,
     SpindleStop,
+    Function(Function),
+    Modes(Modes),
     SurfaceSpeed,
     SpindleSpeedConstant,
     MistOn,
@@ -72,6 +74,10 @@ pub enum Op {
     Line,
     ArcClockwise,
     ArcCounterClockwise,
+    Spline(SplineCode),
+    NurbsEnd,
+    /// Of no row: G5 P10000 and G5.1 Q1, which are no splines, and what ends them.
+    LookAhead,
     Cycle(Cycle),
     MotionOff,
     Stop,
@@ -82,6 +88,44 @@ pub enum Op {
     Return,
     Call,
     MacroCall,
+}
+
+/// M functions that only say something to the machine.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Function {
+    /// M61
+    SetTool,
+    /// M62 to M65.
+    DigitalOutput(u8),
+    /// M67 and M68.
+    AnalogOutput(u8),
+    SpindleOrient,
+    /// M100 to M199.
+    User,
+}
+
+impl Function {
+    /// Letters that the function makes use of.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Function::SetTool => "Q",
+            Function::DigitalOutput(_) => "P",
+            Function::AnalogOutput(_) => "EQ",
+            Function::SpindleOrient => "PQR",
+            Function::User => "PQ",
+        })
+    }
+}
+
+/// M70 to M73.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modes {
+    Save,
+    Forget,
+    Restore,
+    SaveForCall,
 }
 
 /// The canned cycles, by their G numbers.
@@ -121,6 +165,49 @@ impl Cycle {
     }
 }
 
+/// The codes that make splines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SplineCode {
+    /// G5
+    Cubic,
+    /// G5.1
+    Quadratic,
+    /// G5.2, up to G5.3
+    Nurbs,
+    /// G6.2
+    NurbsByKnots,
+}
+
+impl SplineCode {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            SplineCode::Cubic => "G5",
+            SplineCode::Quadratic => "G5.1",
+            SplineCode::Nurbs => "G5.2",
+            SplineCode::NurbsByKnots => "G6.2",
+        }
+    }
+
+    /// Letters that it makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            SplineCode::Cubic => "IJPQ",
+            SplineCode::Quadratic => "IJ",
+            SplineCode::Nurbs => "LP",
+            SplineCode::NurbsByKnots => "KPR",
+        })
+    }
+
+    /// Letters of the axes that it moves.
+    pub const fn axes(self) -> u32 {
+        letter_set(match self {
+            SplineCode::NurbsByKnots => "XYZ",
+            SplineCode::Cubic | SplineCode::Quadratic | SplineCode::Nurbs => "XY",
+        })
+    }
+}
+
 /// The modal groups, in the order in which the codes of one block are executed: that of
 /// RS274/NGC, but units first, since all lengths of the block are in them (its F is not: it is
 /// taken before any code).
@@ -134,10 +221,13 @@ pub enum Group {
     Units,
     FeedMode,
     SpindleMode,
+    Output,
     ToolChange,
     Spindle,
+    ModalState,
     Coolant,
     Override,
+    UserFunction,
     Plane,
     Compensation,
     LengthOffset,
@@ -162,10 +252,13 @@ impl Group {
             Group::Units => "units",
             Group::FeedMode => "feed mode",
             Group::SpindleMode => "spindle speed mode",
+            Group::Output => "output",
             Group::ToolChange => "tool change",
             Group::Spindle => "spindle",
+            Group::ModalState => "modal state",
             Group::Coolant => "coolant",
             Group::Override => "override",
+            Group::UserFunction => "user's function",
             Group::NonModal => "non-modal",
             Group::Plane => "plane",
             Group::Compensation => "cutter compensation",
@@ -199,10 +292,13 @@ impl Group {
             Group::Units
             | Group::FeedMode
             | Group::SpindleMode
+            | Group::Output
             | Group::ToolChange
             | Group::Spindle
+            | Group::ModalState
             | Group::Coolant
             | Group::Override
+            | Group::UserFunction
             | Group::Plane
             | Group::Compensation
             | Group::PathControl
@@ -235,6 +331,9 @@ impl Code {
     /// As it is written: `G61.1`.
     pub fn name(&self) -> String {
         let (letter, whole, tenth) = (char::from(self.letter), self.tenths / 10, self.tenths % 10);
+        if self.op == Some(Op::Function(Function::User)) {
+            return format!("{letter}{whole} to {letter}{}", USER_LAST / 10);
+        }
         if tenth == 0 { format!("{letter}{whole}") } else { format!("{letter}{whole}.{tenth}") }
     }
 }
@@ -244,20 +343,28 @@ pub const AXIS_LETTERS: u32 = letter_set("XYZABCUVW");
 /// Letters that give an arc its centre or radius.
 pub const ARC_LETTERS: u32 = letter_set("IJKR");
 /// Letters that need no code to make use of them.
-pub const FREE_LETTERS: u32 = letter_set("FGMNOST");
+pub const FREE_LETTERS: u32 = letter_set("FGMNOST$");
+/// Letters of LinuxCNC's polar coordinates: the radius and the angle.
+pub const POLAR_LETTERS: u32 = letter_set("@^");
+
+/// Ten times the numbers of the first and the last user's function.
+const USER_FIRST: u16 = 1000;
+const USER_LAST: u16 = 1990;
 
 const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'static str) -> Code {
     let words = match op {
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => ARC_LETTERS | letter_bit(b'P'),
+        Some(Op::Spline(code)) => code.words(),
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
-        Some(Op::SetOffsets) => letter_set("LPR"),
+        Some(Op::SetOffsets) => letter_set("IJLPQR"),
         Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
         Some(Op::Call) => letter_set("PL"),
+        Some(Op::Function(function)) => function.words(),
         Some(_) | None => 0,
     };
     Code { letter, tenths, group, op, words, meaning }
@@ -276,11 +383,6 @@ const fn no_g(tenths: u16, group: Group, meaning: &'static str) -> Code {
     row(b'G', tenths, group, None, meaning)
 }
 
-/// An M code that is known and not supported.
-const fn no_m(number: u16, group: Group, meaning: &'static str) -> Code {
-    row(b'M', number * 10, group, None, meaning)
-}
-
 /// The table.
 #[rustfmt::skip]
 pub static CODES: &[Code] = &[
@@ -289,11 +391,11 @@ pub static CODES: &[Code] = &[
     g(20, Group::Motion, Op::ArcClockwise, "moves in an arc or helix, clockwise"),
     g(30, Group::Motion, Op::ArcCounterClockwise, "moves in an arc or helix, counter-clockwise"),
     g(40, Group::NonModal, Op::Dwell, "waits for P seconds"),
-    no_g(50, Group::Motion, "cubic spline"),
-    no_g(51, Group::Motion, "quadratic spline"),
-    no_g(52, Group::Motion, "opens a NURBS block"),
-    no_g(53, Group::Motion, "closes a NURBS block"),
-    no_g(62, Group::Motion, "NURBS interpolation"),
+    g(50, Group::Motion, Op::Spline(SplineCode::Cubic), "moves along a cubic Bézier curve"),
+    g(51, Group::Motion, Op::Spline(SplineCode::Quadratic), "moves along a quadratic Bézier curve"),
+    g(52, Group::Motion, Op::Spline(SplineCode::Nurbs), "begins a NURBS: points and weights follow"),
+    g(53, Group::Motion, Op::NurbsEnd, "ends the NURBS of G5.2 and moves along it"),
+    g(62, Group::Motion, Op::Spline(SplineCode::NurbsByKnots), "moves along a NURBS of points, weights and knots"),
     g(70, Group::Diameter, Op::Diameter, "X words are diameters"),
     g(80, Group::Diameter, Op::Radius, "X words are radii"),
     g(90, Group::NonModal, Op::ExactStopOnce, "exact stop for one block"),
@@ -382,7 +484,7 @@ pub static CODES: &[Code] = &[
     m(7, Group::Coolant, Op::MistOn, "mist coolant on"),
     m(8, Group::Coolant, Op::FloodOn, "flood coolant on"),
     m(9, Group::Coolant, Op::CoolantOff, "coolant off"),
-    no_m(19, Group::Spindle, "orients the spindle"),
+    m(19, Group::Spindle, Op::Function(Function::SpindleOrient), "orients the spindle to R degrees"),
     m(30, Group::Stop, Op::EndAndRewind, "ends the program and goes back to its beginning"),
     m(48, Group::Override, Op::Override(48), "overrides are allowed"),
     m(49, Group::Override, Op::Override(49), "overrides are off"),
@@ -391,13 +493,25 @@ pub static CODES: &[Code] = &[
     m(52, Group::Override, Op::Override(52), "adaptive feed control"),
     m(53, Group::Override, Op::Override(53), "feed hold control"),
     m(60, Group::Stop, Op::PalletStop, "stops for a change of pallets"),
+    m(61, Group::ToolChange, Op::Function(Function::SetTool), "tool Q is in the spindle, without a change"),
+    m(62, Group::Output, Op::Function(Function::DigitalOutput(62)), "output P on, in time with motion"),
+    m(63, Group::Output, Op::Function(Function::DigitalOutput(63)), "output P off, in time with motion"),
+    m(64, Group::Output, Op::Function(Function::DigitalOutput(64)), "output P on"),
+    m(65, Group::Output, Op::Function(Function::DigitalOutput(65)), "output P off"),
+    m(67, Group::Output, Op::Function(Function::AnalogOutput(67)), "analog output E at Q, in time with motion"),
+    m(68, Group::Output, Op::Function(Function::AnalogOutput(68)), "analog output E at Q"),
+    m(70, Group::ModalState, Op::Modes(Modes::Save), "saves the modes in force"),
+    m(71, Group::ModalState, Op::Modes(Modes::Forget), "forgets the modes saved"),
+    m(72, Group::ModalState, Op::Modes(Modes::Restore), "restores the modes saved"),
+    m(73, Group::ModalState, Op::Modes(Modes::SaveForCall), "saves the modes in force until the subprogram ends"),
     m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
+    m(100, Group::UserFunction, Op::Function(Function::User), "user's functions, with P and Q"),
 ];
 
 /// Rows of the table by ten times the code's number, counted from 1; 0 where there is none.
-const fn index(letter: u8) -> [u8; 1000] {
-    let mut rows = [0; 1000];
+const fn index(letter: u8) -> [u8; 1001] {
+    let mut rows = [0; 1001];
     let mut i = 0;
     while i < CODES_COUNT {
         if CODES[i].letter == letter {
@@ -409,8 +523,8 @@ const fn index(letter: u8) -> [u8; 1000] {
 }
 
 const CODES_COUNT: usize = CODES.len();
-static G_ROWS: [u8; 1000] = index(b'G');
-static M_ROWS: [u8; 1000] = index(b'M');
+static G_ROWS: [u8; 1001] = index(b'G');
+static M_ROWS: [u8; 1001] = index(b'M');
 
 /// The row of a G or M word, if there is one.
 pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
@@ -421,6 +535,8 @@ pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
     if (exact - tenths as f64).abs() > 1e-6 {
         return None;
     }
+    let is_user = letter == b'M' && (USER_FIRST as usize..=USER_LAST as usize).contains(&tenths);
+    let tenths = if is_user && tenths.is_multiple_of(10) { USER_FIRST as usize } else { tenths };
     let rows = if letter == b'G' { &G_ROWS } else { &M_ROWS };
     CODES.get(usize::from(*rows.get(tenths)?).checked_sub(1)?)
 }
@@ -432,10 +548,12 @@ mod tests {
     #[test]
     fn every_code_is_found_by_its_number_and_stands_once() {
         for code in CODES {
-            let number = code.name()[1..].parse().unwrap();
+            let number = f64::from(code.tenths) / 10.0;
             assert!(std::ptr::eq(find(code.letter, number).unwrap(), code), "{}", code.name());
         }
-        for (letter, number) in [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'M', 100.0)] {
+        for (letter, number) in
+            [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'G', 100.0), (b'M', 199.5), (b'M', 200.0)]
+        {
             assert!(find(letter, number).is_none(), "{number}");
         }
     }

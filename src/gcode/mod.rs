@@ -15,7 +15,7 @@ mod parser;
 mod plain;
 pub mod rules;
 
-pub use block::{Block, Call, Message, MessageKind, Word, letter_bit};
+pub use block::{Block, Call, Message, MessageKind, Word, letter_bit, letter_set};
 pub use control::{Assignment, Control, Label, Statement};
 pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;

@@ -8,8 +8,10 @@ use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
 use nom::sequence::delimited;
 
-use super::block::{Block, Call, Message, MessageKind, Word, letter_bit};
-use super::control::{Assignment, Control, Label, Statement, after_label, macro_b};
+use super::block::{Block, Call, Message, MessageKind, Word};
+use super::control::{
+    Assignment, Control, Label, Statement, after_label, computed_call, macro_b, stands_alone,
+};
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
@@ -55,7 +57,10 @@ struct Parsing<'a> {
 impl<'a> Parsing<'a> {
     fn item(&mut self, byte: u8) -> Option<()> {
         match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b':' if self.words_end.is_none() => self.word(byte),
+            b'A'..=b'Z' | b'a'..=b'z' | b':' | b'@' | b'^' if self.words_end.is_none() => {
+                self.word(byte)
+            }
+            b'$' if self.words_end.is_none() && !self.block.words().is_empty() => self.word(byte),
             b' ' | b'\t' => {
                 self.rest = blanks(self.rest).ok()?.0;
                 Some(())
@@ -118,6 +123,10 @@ impl<'a> Parsing<'a> {
 
     fn push(&mut self, word: Word) -> bool {
         let Err(word) = self.block.push(word) else { return true };
+        if matches!(word.letter, b'I'..=b'K') && self.block.is_macro_call() {
+            self.block.push_again(word);
+            return true;
+        }
         let message = format!("{} stands twice in this block", char::from(word.letter));
         let help = "leave one of them out, or put it into a block of its own";
         self.faults.push(Fault::word(&rules::REPEATED_WORD, &word, message).help(help));
@@ -185,9 +194,16 @@ impl<'a> Parsing<'a> {
     }
 
     fn expression_word(&mut self, letter: u8, start: u32, formula: Formula) -> Option<()> {
-        if matches!(letter, b'O' | b'N') {
-            let message =
-                format!("the number of an {} word cannot be an expression", char::from(letter));
+        if letter == b'O' {
+            let read = self.read(start, |reader| match computed_call(formula, reader) {
+                Some(result) => result,
+                None => reader.fail("only a call can compute the number of its subprogram"),
+            });
+            let control = read.or_else(|| self.broken_statement())?;
+            return self.statement(Label::Number(0), control, start);
+        }
+        if letter == b'N' {
+            let message = "the number of an N word cannot be an expression";
             self.faults.push(Fault::new(&rules::UNSUPPORTED_WORD, start, self.at(), message));
             return None;
         }
@@ -410,25 +426,6 @@ impl<'a> Parsing<'a> {
     }
 }
 
-/// Reports what stands beside a statement: nothing may, but a line number, and behind THEN what
-/// is set.
-fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
-    let Some(statement) = block.statement() else { return };
-    let word = block.first_of(!letter_bit(b'N')).map(|word| (word.start, word.end));
-    let set = block.assignments().first().map(|set| (set.start, set.end));
-    let is_then = matches!(statement.control, Control::Then(_));
-    let call = block.call.map(|call| (call.start, call.end));
-    if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
-        let message = "this stands beside a statement of control flow";
-        let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
-        faults.push(fault.help("put it into a block of its own"));
-    } else if is_then && set.is_none() {
-        let message = "THEN is not followed by a parameter that it sets";
-        let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);
-        faults.push(fault.help("write IF [#1 EQ 2] THEN #3 = 4"));
-    }
-}
-
 /// The number of an O word; beyond all others if it is none.
 fn label_number(value: f64) -> u32 {
     if value.fract() == 0.0 && value >= 0.0 { value as u32 } else { u32::MAX }
@@ -498,6 +495,10 @@ mod tests {
         check("N7 WHILE [1] DO2", "N7 WHILE [1] DO2", &[]);
         check("END2", "END2", &[]);
         check("G X COS[0]", "X[COS[0]]", &["missing-number"]);
+        check("G0 @ 5 ^-30 S100 $0", "G0 @5 ^-30 S100 $0", &[]);
+        check("o#1 call [2]", "O[#1] CALL [2]", &[]);
+        check("X#<_ini[a]b> Y1", "X[#<_ini[a]b>] Y1", &[]);
+        check("G65 P1 I1 K2 I3", "G65 P1 I1 K2 I3", &[]);
     }
 
     #[test]
@@ -521,6 +522,7 @@ mod tests {
         check("o<a", "", &["expression"]);
         check("o<a>", "", &["expression"]);
         check("o1 sb", "", &["expression"]);
+        check("o#1 if [1]", "", &["expression"]);
         check("$H", "", &["unsupported-word"]);
         check("G1 \u{e9}", "G1", &["bad-character"]);
         check("G1 \u{0}", "", &["not-text"]);

@@ -34,6 +34,7 @@ rules! {
     BAD_NUMBER Error "bad-number" "A number that cannot be read, or that is too large.";
     REPEATED_WORD Error "repeated-word" "A letter that may stand once in a block stands there twice.";
     UNKNOWN_WORD Error "unknown-word" "A word that means nothing in any dialect known here.";
+    FOREIGN_WORD Warning "foreign-word" "A word that another control needs is left out (--lenient).";
     UNSUPPORTED_WORD Error "unsupported-word" "A word that means something elsewhere and is not supported here.";
     EXPRESSION Error "expression" "An expression or a statement of control flow that cannot be read.";
     ARITHMETIC Error "arithmetic" "An expression has no value: a division by zero, the root of a negative number and the like.";
@@ -44,11 +45,12 @@ rules! {
     MISSING_WORD Error "missing-word" "A code lacks a word that it needs.";
     BAD_VALUE Error "bad-value" "A word has a value that it cannot have.";
     NO_MOTION_MODE Error "no-motion-mode" "Axis words where no motion code is in force.";
-    NO_FEED Error "no-feed" "G1, G2 or G3 where no feed has been given.";
+    NO_FEED Error "no-feed" "A straight move, an arc or a spline where no feed has been given.";
     NO_SPINDLE_SPEED Error "no-spindle-speed" "A feed a turn (G95) where the spindle's speed is not known.";
     SPINDLE_STOPPED Error "spindle-stopped" "A cycle that needs the spindle turning, where it does not turn, or turns the wrong way.";
     FEED_TOO_LOW Error "feed-too-low" "A movement would take longer than a day at its feed.";
     MISSING_AXIS Error "missing-axis" "A word moves an axis that the machine does not have.";
+    NOTHING_SAVED Error "nothing-saved" "M72 restores modes that nothing has saved, or that M71 has forgotten.";
     MACHINE_COORDINATES Error "machine-coordinates" "G53 stands in a block without a G0 or G1 movement.";
     AXIS_WORDS_TWICE Error "axis-words-twice" "Two codes of one block both make use of its axis words.";
     SYSTEM_UNSET Warning "system-unset" "A work coordinate system that nothing has placed: it is taken at the machine's work zero.";
@@ -65,6 +67,16 @@ rules! {
     ARC_RADIUS_DOUBTFUL Warning "arc-radius-doubtful" "The radii of an arc's ends differ more than rounding explains, within the machine's tolerance.";
     ARC_TOO_SMALL Error "arc-too-small" "The radius of an arc is zero, or too small to reach from its start to its end.";
     ARC_CLOSED Error "arc-closed" "A full circle is asked for by its radius, which leaves its centre open.";
+    SPLINE_MODE Error "spline-mode" "A spline stands where the modes in force leave no room for one.";
+    SPLINE_AXIS Error "spline-axis" "A spline has a word of an axis that it does not move.";
+    SPLINE_TANGENT Error "spline-tangent" "The first G5 of a row does not say in which direction it begins.";
+    NURBS_ORDER Error "nurbs-order" "The order of a NURBS is too low or too high.";
+    NURBS_POINTS Error "nurbs-points" "A NURBS has fewer points than its order, or too many.";
+    NURBS_WEIGHT Error "nurbs-weight" "The weight of a point of a NURBS is not above zero, or beyond all measure.";
+    NURBS_KNOTS Error "nurbs-knots" "The knots of a NURBS decrease, or make no curve from its first point to its last.";
+    NURBS_START Error "nurbs-start" "The first point of G6.2 is not where the machine stands.";
+    NURBS_OPEN Error "nurbs-open" "Something else stands in a NURBS, or the program ends in one.";
+    NURBS_UNOPENED Error "nurbs-unopened" "G5.3 ends a NURBS that G5.2 has not begun.";
     SPINDLE_SPEED Warning "spindle-speed" "A spindle speed beyond the machine's greatest.";
     FEED_UNITS Warning "feed-units" "A block sets the feed and changes the units, which controls take in different orders.";
     BLOCK_DELETE Warning "block-delete" "Lines that begin with / are executed: block delete is off.";
@@ -82,6 +94,7 @@ rules! {
     ALARM Error "alarm" "The program raises an alarm by setting #3000.";
     OUTSIDE_FOLDER Error "outside-folder" "A subprogram's file lies outside of the program's folder and of those given by --include.";
     EMPTY_PROGRAM Error "empty-program" "The file holds no block.";
+    NEVER_CALLED Warning "never-called" "A subprogram that is never called has a fault.";
     MISSING_END Warning "missing-end" "The program's text ends without M2, M30 or a closing %.";
     AFTER_END Warning "after-end" "Blocks after the program's end, outside of any subprogram, are never executed.";
 }

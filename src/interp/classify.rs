@@ -1,10 +1,13 @@
 //! Which codes a block holds, and whether they can stand together.
 
-use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op};
+use crate::gcode::codes::{
+    self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
+};
 use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
+use super::spline::{LOOK_AHEAD_LETTERS, is_look_ahead};
 use super::words::{conflict, go_together, unsupported};
 
 impl Executor<'_> {
@@ -20,13 +23,6 @@ impl Executor<'_> {
         let mut groups = 0_u32;
         for word in block.words() {
             if !matches!(word.letter, b'G' | b'M') {
-                if word.letter == b'E' {
-                    let help = "numbers have no exponents: write all digits";
-                    let message = format!("{word} means nothing here");
-                    let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-                    faults.push(fault.help(help));
-                    asked.is_foreign = true;
-                }
                 continue;
             }
             let Some(code) = codes::find(word.letter, word.value) else {
@@ -49,6 +45,7 @@ impl Executor<'_> {
             }
             groups |= bit;
             match code.op {
+                Some(op) if is_look_ahead(op, block) => self.codes.push((code, Op::LookAhead)),
                 Some(op) => self.codes.push((code, op)),
                 None => {
                     faults.push(unsupported(code, word));
@@ -60,6 +57,13 @@ impl Executor<'_> {
                 }
             }
         }
+        if let Some(word) = block.word(b'E').filter(|_| !self.takes(b'E')) {
+            let help = "numbers have no exponents: write all digits";
+            let message = format!("{word} means nothing here");
+            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+            faults.push(fault.help(help));
+            asked.is_foreign = true;
+        }
         asked.is_faulty |= asked.is_foreign;
         if self.codes.len() > 1 {
             // G80 first: a motion code beside it begins after what it ends.
@@ -67,6 +71,11 @@ impl Executor<'_> {
             asked.is_faulty |= self.claims_twice(block, faults);
         }
         asked
+    }
+
+    /// Whether a code of the block makes use of a letter.
+    fn takes(&self, letter: u8) -> bool {
+        self.codes.iter().any(|(code, _)| code.words & letter_bit(letter) != 0)
     }
 
     /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
@@ -104,13 +113,14 @@ impl Executor<'_> {
         if asked.is_foreign || mode == MotionMode::Foreign {
             return false;
         }
-        let mut used = FREE_LETTERS | AXIS_LETTERS;
-        for (code, _) in &self.codes {
-            used |= code.words;
+        let mut used = FREE_LETTERS | AXIS_LETTERS | POLAR_LETTERS;
+        for (code, op) in &self.codes {
+            used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }
         match mode {
             MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
             MotionMode::Cycle(cycle) => used |= cycle.words(),
+            MotionMode::Spline(code) => used |= code.words(),
             MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {

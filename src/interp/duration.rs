@@ -18,11 +18,8 @@ const AXES: [[Axis; 3]; 3] =
 
 /// What is wrong with a move that takes longer than a day.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
-    let feed_min = match step.kind {
-        MoveKind::Rapid => return None,
-        MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } => feed_mm_min,
-    };
-    if length_most(step) <= feed_min * MOVE_MIN_MAX {
+    let feed_min = step.kind.feed_mm_min()?;
+    if length_most(step).is_some_and(|most| most <= feed_min * MOVE_MIN_MAX) {
         return None;
     }
     let (length, unit) = length_and_unit(step);
@@ -41,18 +38,23 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     Some(fault.help(help))
 }
 
-/// What the length of a move cannot exceed: the sum of its ways along the axes, and for an arc so
-/// many turns at such a sum for its radius. This needs no roots and angles, and runs for every move.
-fn length_most(step: &Move) -> f64 {
+/// What the length of a line or an arc cannot exceed: the sum of its ways along the axes, and for an
+/// arc so many turns at such a sum for its radius. This needs no roots and angles, and runs for every
+/// move.
+fn length_most(step: &Move) -> Option<f64> {
     let way = |axis| (step.to[axis] - step.from[axis]).abs();
     let straight: f64 = AXES.map(|[a, b, c]| way(a) + way(b) + way(c)).into_iter().sum();
-    let MoveKind::Arc { plane, center_mm, turns, .. } = step.kind else { return straight };
+    let (plane, center_mm, turns) = match step.kind {
+        MoveKind::Rapid | MoveKind::Line { .. } => return Some(straight),
+        MoveKind::Arc { plane, center_mm, turns, .. } => (plane, center_mm, turns),
+        MoveKind::Spline { .. } => return None,
+    };
     let radius_most = |point: &Point| {
         let [first, second] = plane.axes();
         (point[first] - center_mm[0]).abs() + (point[second] - center_mm[1]).abs()
     };
     let radius = radius_most(&step.from).max(radius_most(&step.to));
-    straight + (1.0 + f64::from(turns)) * TAU * radius
+    Some(straight + (1.0 + f64::from(turns)) * TAU * radius)
 }
 
 /// The length of a move that its feed applies to, as the path has it.
@@ -61,9 +63,10 @@ pub(super) fn length(step: &Move) -> f64 {
 }
 
 fn length_and_unit(step: &Move) -> (f64, &'static str) {
-    match step.kind {
+    match &step.kind {
         MoveKind::Rapid | MoveKind::Line { .. } => line_length(step),
         MoveKind::Arc { .. } => (arc_length_mm(step), "mm"),
+        MoveKind::Spline { curve, .. } => (curve.length_mm(), "mm"),
     }
 }
 

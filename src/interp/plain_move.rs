@@ -18,10 +18,15 @@ impl Executor<'_> {
         let letters = block.letters();
         // All letters but G stand once, so there is a second G if there are more words.
         let has_more = block.words().len() != letters.count_ones() as usize;
-        if has_more || !out.faults.is_empty() || self.compensation.is_some() {
+        let is_within = self.compensation.is_some() || self.spline.nurbs.is_some();
+        if has_more || is_within || !out.faults.is_empty() {
             return false;
         }
-        let mut asked = Asked { motion_before: self.motion, ..Asked::default() };
+        let mut asked = Asked {
+            motion_before: self.motion,
+            mm_per_unit_before: self.mm_per_unit,
+            ..Asked::default()
+        };
         let op = match block.word(b'G').map(|word| word.value) {
             Some(0.0) => Some(Op::Rapid),
             Some(1.0) => Some(Op::Line),
@@ -33,7 +38,7 @@ impl Executor<'_> {
         let used = match op.and_then(motion_of).unwrap_or(self.motion) {
             MotionMode::Rapid | MotionMode::Line => MOVE_LETTERS,
             MotionMode::Arc { .. } => MOVE_LETTERS | ARC_LETTERS,
-            MotionMode::None | MotionMode::Cycle(_) | MotionMode::Foreign => return false,
+            _ => return false,
         };
         if letters & !used != 0 {
             return false;

@@ -29,15 +29,7 @@ pub(super) fn conflict(rival: &Code, code: &Code, word: &Word) -> Fault {
 pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
     let message = format!("{} is not supported: {}", code.name(), code.meaning);
     let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-    fault.help(remedy(code))
-}
-
-/// What to write instead of a code that is not supported.
-fn remedy(code: &Code) -> &'static str {
-    match (code.letter, code.tenths) {
-        (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
-        _ => "leave it out, or let the CAM program write for a control without it",
-    }
+    fault.help("leave it out, or let the CAM program write for a control without it")
 }
 
 /// A G53 that has no straight movement to go with.

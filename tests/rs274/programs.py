@@ -1,5 +1,6 @@
 """Random valid NC programs: lines, arcs and helices in all planes, units, distance modes, feeds,
-dwells, coordinate systems and offsets, drilling cycles, compensated outlines. The same seed gives the same program."""
+dwells, coordinate systems and offsets, drilling cycles, compensated outlines, splines. The same
+seed gives the same program."""
 
 import math
 import random
@@ -158,6 +159,71 @@ class Writer:
         self.lines.append("G40")
         self.place()
 
+    def spline(self):
+        """Splines in XY, and a line behind, which tells where they end."""
+        self.lines.append("G17")
+        self.plane = "G17"
+
+        def end():
+            return {axis: round(self.at[axis] + self.number(5.0), 3) for axis in "XY"}
+
+        def ways(letters):
+            return " ".join(f"{letter}{self.number(3.0):.3f}" for letter in letters)
+
+        kind = self.random.choice(["G5", "G5.1", "G5.2"])
+        if kind == "G5":
+            self.go("G5", end(), ways("IJPQ"))
+            for _ in range(self.random.randint(0, 2)):
+                self.go("G5", end(), ways("PQ"))
+        elif kind == "G5.1":
+            self.go("G5.1", end(), ways("IJ"))
+        else:
+            order = self.random.choice([3, 3, 4, 5])
+            count = order + self.random.randint(0, 3)
+            opening = self.random.choice(["", "P2 ", "P0.5 "])
+            self.lines.append(f"G5.2 {opening}L{order}")
+            # Under G91 the words of all points are distances from where the curve begins.
+            for _ in range(count - 1):
+                last = end()
+                words = " ".join(self.word(axis, target) for axis, target in last.items())
+                self.lines.append(f"{words} P{self.random.randint(2, 30) / 10}")
+            self.lines.append("G5.3")
+            self.at.update(last)
+        self.go("G1", {axis: round(self.at[axis] + 1.0, 3) for axis in "XYZ"})
+
+    def polar(self):
+        """Places by radius and angle, and a circle of holes."""
+        self.place()
+        self.plane = "G17"
+        lines = [
+            "G17",
+            f"G0 @{self.random.randint(20, 90) / 10} ^{self.number(180.0):.2f}",
+        ]
+        for _ in range(self.random.randint(1, 3)):
+            lines.append(
+                self.random.choice(
+                    [
+                        f"G1 ^{self.number(180.0):.2f}",
+                        f"G1 @{self.random.randint(20, 90) / 10}",
+                        f"G91 G1 @{self.random.randint(1, 9) / 10} ^{self.number(90.0):.2f}",
+                        f"G90 G0 @{self.random.randint(20, 90) / 10} ^{self.number(180.0):.2f} Z1",
+                    ]
+                )
+            )
+        if self.random.random() < 0.5:
+            lines += [f"G98 G91 G81 ^{self.random.randint(10, 80)} Z-2 R-1 L4", "G80"]
+        self.lines += lines
+        self.place()
+
+    def kept(self):
+        """Modes that are saved, changed and restored."""
+        self.place()
+        units = self.random.choice(["G20", "G21"])
+        plane = self.random.choice(list(PLANES))
+        self.lines += ["M70", f"{units} {plane} G91", f"G1 X0.1 Y{self.number(0.2):.3f} F7"]
+        self.lines += ["G61 G99 G90.1", "M72"]
+        self.place()
+
     def modes(self):
         choice = self.random.randrange(4)
         if choice == 0:
@@ -179,7 +245,15 @@ def generate(seed):
     writer.lines += [f"{unit} G17 G90 G94", f"F{writer.random.randint(50, 500)}"]
     for _ in range(writer.random.randint(5, 60)):
         plain = [writer.straight, writer.arc, writer.arc, writer.modes]
-        rare = [writer.offset, writer.cycle, writer.inverse_time, writer.outline]
+        rare = [
+            writer.offset,
+            writer.cycle,
+            writer.inverse_time,
+            writer.outline,
+            writer.spline,
+            writer.polar,
+            writer.kept,
+        ]
         writer.random.choice(plain * 3 + rare)()
     writer.lines.append(writer.random.choice(["M2", "M30"]))
     return "\n".join(writer.lines) + "\n"
