@@ -287,6 +287,7 @@ impl Block {
     }
 
     /// Adds a word. Gives it back if its letter, other than G and M, stands there already.
+    #[inline]
     pub(super) fn push(&mut self, word: Word) -> Result<(), Word> {
         let bit = letter_bit(word.letter);
         if self.present & bit == 0 {

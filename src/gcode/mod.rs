@@ -14,6 +14,7 @@ mod lines;
 mod number;
 mod ops;
 mod parser;
+mod plain;
 pub mod rules;
 
 pub use block::{Block, Call, Message, MessageKind, Word, letter_bit, letter_set};

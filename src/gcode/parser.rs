@@ -15,6 +15,7 @@ use super::control::{
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
+use super::plain::plain_words;
 use super::rules;
 
 /// Reads a line into a block, and what is wrong with it into `faults`.
@@ -23,7 +24,8 @@ use super::rules;
 pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
     block.clear();
     let faults_before = faults.len();
-    let mut parser = Parsing { line, rest: line, block, faults, words_end: None };
+    let rest = plain_words(line, block);
+    let mut parser = Parsing { line, rest, block, faults, words_end: None };
     while let Some(&byte) = parser.rest.first() {
         if parser.item(byte).is_none() {
             break;

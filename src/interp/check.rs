@@ -85,12 +85,13 @@ pub fn check(
     let mut summary = Summary { start_mm: run.engine.executor.position_mm(), ..Summary::default() };
     let mut motions = Vec::new();
     while run.step(&mut motions)? {
-        for motion in motions.drain(..) {
+        for motion in &motions {
             match motion {
                 Motion::Move(_) => summary.moves += 1,
                 Motion::Event(_) => summary.events += 1,
             }
         }
+        motions.clear();
     }
     check_rest(&mut run)?;
     for passed in std::mem::take(&mut run.passed_over) {
@@ -202,7 +203,7 @@ fn never_called(faults: Vec<Fault>) -> Vec<Fault> {
 fn sha256(source: &Source) -> io::Result<[u8; 32]> {
     let mut hash = Sha256::new();
     let mut reader = source.reader(0);
-    let mut chunk = vec![0; 256 * 1024];
+    let mut chunk = vec![0; 64 * 1024];
     loop {
         let count = match reader.read(&mut chunk) {
             Ok(0) => return Ok(hash.finalize().into()),

@@ -251,6 +251,9 @@ impl<'a> Executor<'a> {
         if let Some(call) = &block.call {
             return call_flow(block, call, out.faults);
         }
+        if self.run_plain_move(block, out) {
+            return Flow::Next;
+        }
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
@@ -369,7 +372,7 @@ impl<'a> Executor<'a> {
         if asks && self.judge_turn(turn, block, out.faults) { Flow::Turn(turn) } else { Flow::Next }
     }
 
-    fn set_motion(&mut self, op: Op, asked: &mut Asked) {
+    pub(super) fn set_motion(&mut self, op: Op, asked: &mut Asked) {
         asked.is_motion_named = true;
         self.motion = motion_of(op).unwrap_or(self.motion);
         if !matches!(op, Op::Cycle(_)) {

@@ -74,7 +74,7 @@ impl Executor<'_> {
         }
     }
 
-    fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+    pub(super) fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if let Some(word) = block.word(b'F') {
             self.set_feed(word, out.faults);
         }

@@ -415,7 +415,7 @@ impl Run<'_> {
     fn leave_wholly(&mut self) {
         let Some(frame) = self.frames.pop() else { return };
         if let FrameKind::Call { has_scope, .. } = frame.kind {
-            self.calls.pop();
+            Rc::make_mut(&mut self.calls).pop();
             self.engine.executor.leave_call();
             if has_scope {
                 self.engine.parameters.leave();
@@ -514,7 +514,7 @@ impl Run<'_> {
                 let has_scope = arguments.is_some();
                 let kind = FrameKind::Call { has_scope, repeats_left: repeats - 1 };
                 self.frames.push(Frame { body, next: 0, kind, repeats: Vec::new() });
-                self.calls.push(place.line);
+                Rc::make_mut(&mut self.calls).push(place.line);
                 return Ok(());
             }
             Found::Faulty => return Ok(()),

@@ -113,8 +113,10 @@ impl Executor<'_> {
         let turns_only = is_line && self.turns_only(block, to);
         let mut step = self.step(block, to, kind, out.line);
         step.corner = corner.unwrap_or(self.corner);
-        self.apply_feed(&mut step, turns_only);
         out.motions.push(Motion::Move(step));
+        if let Some(Motion::Move(step)) = out.motions.last_mut() {
+            self.apply_feed(step, turns_only);
+        }
     }
 
     /// A move from where the machine stands, without the feed in force.
@@ -134,6 +136,12 @@ impl Executor<'_> {
             }
             return self.place(&program);
         }
+        self.plain_target(block, asked, faults)
+    }
+
+    /// The same where frames only shift.
+    #[inline]
+    fn plain_target(&mut self, block: &Block, asked: Asked, faults: &mut Vec<Fault>) -> Point {
         let mut to = self.position_mm;
         for word in block.words() {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
@@ -188,6 +196,7 @@ impl Executor<'_> {
 
     /// The axis of a word and its value in mm or degrees; none for other words, and for axes that
     /// the machine does not have.
+    #[inline]
     pub(super) fn axis_word(
         &mut self,
         word: &Word,
@@ -195,15 +204,21 @@ impl Executor<'_> {
     ) -> Option<(Axis, f64)> {
         let axis = self.axis_of(word.letter)?;
         if !self.axes.contains(axis) {
-            let message = format!("{word}: the machine {} has no {axis} axis", self.machine.id);
-            let fault = Fault::word(&rules::MISSING_AXIS, word, message);
-            faults.push(fault.help("leave the word out, or take another machine (--machine)"));
+            self.miss_axis(word, faults);
             return None;
         }
         self.axes_used.insert(axis);
         let scale = if axis.is_rotary() { 1.0 } else { self.mm_per_unit };
         let share = if self.diameters && axis == Axis::X { 0.5 } else { 1.0 };
         Some((axis, word.value * scale * share))
+    }
+
+    #[cold]
+    fn miss_axis(&self, word: &Word, faults: &mut Vec<Fault>) {
+        let (id, axis) = (&self.machine.id, char::from(word.letter));
+        let message = format!("{word}: the machine {id} has no {axis} axis");
+        let fault = Fault::word(&rules::MISSING_AXIS, word, message);
+        faults.push(fault.help("leave the word out, or take another machine (--machine)"));
     }
 
     /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.

@@ -5,7 +5,6 @@
 //! that of `#0`, and in the dialect `fanuc` that of every parameter that is not set; [`UNSET`] is
 //! that of such a parameter in all others, where it counts as 0 (RS274/NGC).
 
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use crate::gcode::rules::{self, Rule};
@@ -13,6 +12,7 @@ use crate::gcode::{Binary, Block, Function, Step};
 
 use super::Dialect;
 use super::execute::Executor;
+use super::names::Names;
 
 /// No value at all: a word that has it is left out.
 pub(super) const EMPTY: f64 = f64::from_bits(0x7ff8_0000_0000_0001);
@@ -76,7 +76,7 @@ pub(super) enum Set {
 #[derive(Debug)]
 struct Scope {
     numbered: Vec<f64>,
-    named: HashMap<Rc<str>, f64>,
+    named: Names,
 }
 
 /// All parameters of a run.
@@ -84,8 +84,8 @@ struct Scope {
 pub(super) struct Parameters {
     dialect: Dialect,
     numbered: Vec<f64>,
-    globals: HashMap<Rc<str>, f64>,
-    named: HashMap<Rc<str>, f64>,
+    globals: Names,
+    named: Names,
     scopes: Vec<Scope>,
     stack: Vec<f64>,
 }
@@ -95,8 +95,8 @@ impl Parameters {
         Parameters {
             dialect,
             numbered: Vec::new(),
-            globals: HashMap::new(),
-            named: HashMap::new(),
+            globals: Names::default(),
+            named: Names::default(),
             scopes: Vec::new(),
             stack: Vec::new(),
         }
@@ -176,6 +176,7 @@ impl Parameters {
         self.numbered.get(DEBUG as usize).is_none_or(|value| plain(*value) != 0.0)
     }
 
+    #[inline]
     fn numbered(&self, number: u32, executor: &Executor<'_>) -> Value {
         if number == 0 {
             return Ok(EMPTY);
@@ -275,25 +276,36 @@ impl Parameters {
     }
 
     fn run(&self, code: &[Step], stack: &mut Vec<f64>, executor: &Executor<'_>) -> Value {
+        // The value on top is kept beside the stack: most steps take it and put another there.
+        let mut top = 0.0;
         for step in code {
-            // The reader of expressions puts no step where its values are missing.
-            let mut take = || stack.pop().unwrap_or_default();
             let value = match step {
                 Step::Number(value) => *value,
                 Step::Parameter(number) => self.numbered(*number, executor)?,
-                Step::Indirect => self.numbered(Self::number_of(take())?, executor)?,
                 Step::Named(name) => self.named(name, executor)?,
                 Step::Exists(name) => truth(self.find(name, executor).is_some()),
-                Step::Negate => -plain(take()),
-                Step::Function(function) => self.function(*function, plain(take()))?,
+                Step::Indirect => {
+                    top = self.numbered(Self::number_of(top)?, executor)?;
+                    continue;
+                }
+                Step::Negate => {
+                    top = -plain(top);
+                    continue;
+                }
+                Step::Function(function) => {
+                    top = self.function(*function, plain(top))?;
+                    continue;
+                }
                 Step::Binary(operator) => {
-                    let (second, first) = (take(), take());
-                    self.binary(*operator, first, second)?
+                    // The reader of expressions puts no step where its values are missing.
+                    let first = stack.pop().unwrap_or_default();
+                    top = self.binary(*operator, first, top)?;
+                    continue;
                 }
             };
-            stack.push(value);
+            stack.push(std::mem::replace(&mut top, value));
         }
-        Ok(stack.pop().unwrap_or_default())
+        Ok(top)
     }
 
     fn function(&self, function: Function, x: f64) -> Value {

@@ -78,7 +78,7 @@ pub(super) struct Run<'a> {
     pub(super) main_label: Option<Label>,
     pub(super) frames: Vec<Frame>,
     /// The line of each call that is being run.
-    pub(super) calls: Vec<u32>,
+    pub(super) calls: Rc<Vec<u32>>,
     pub(super) calls_made: u64,
     /// What is wrong with subprograms that have been passed over, until they are called.
     pub(super) passed_over: Vec<PassedOver>,
@@ -112,7 +112,7 @@ impl<'a> Run<'a> {
             passes: 0,
             main_label: None,
             frames: Vec::new(),
-            calls: Vec::new(),
+            calls: Rc::default(),
             calls_made: 0,
             passed_over: Vec::new(),
             awaited: None,
@@ -212,10 +212,9 @@ impl<'a> Run<'a> {
             self.end_of_frame();
             return Ok(());
         };
-        let calls = std::mem::take(&mut self.calls);
+        let calls = Rc::clone(&self.calls);
         let place = Place { line, text, calls: &calls, file: body.file_name.as_deref() };
         if block.statement().is_some() {
-            self.calls.clone_from(&calls);
             self.engine.blocks += 1;
             self.engine.executor.line = line;
             let result = self.statement(&body, at, block, place);
@@ -224,11 +223,6 @@ impl<'a> Run<'a> {
         }
         let flow = self.engine.execute(block, place, motions);
         self.engine.report(place, true);
-        if flow == Flow::Next {
-            self.calls = calls;
-            return Ok(());
-        }
-        self.calls.clone_from(&calls);
         self.follow(flow, block, place, motions)
     }
 

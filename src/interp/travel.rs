@@ -7,7 +7,7 @@ use crate::base::machine::POSITION_MOST;
 use crate::base::{Axis, AxisMap, AxisSet, Machine, Point};
 use crate::gcode::{Block, Fault, rules};
 
-use super::arc::bounds_mm;
+use super::arc::{bounds_mm, distance};
 use super::findings::{Findings, Place};
 use super::motion::{Move, MoveKind};
 
@@ -20,9 +20,25 @@ pub(super) struct Travel {
     axes: Vec<Axis>,
     /// The travel; where there is none, the positions that can be told apart in steps.
     limits_mm: AxisMap<[f64; 2]>,
-    extents_mm: AxisMap<[f64; 2]>,
+    /// The limits, and by how much rounding may leave them.
+    allowed_mm: Bounds,
+    reached_mm: Bounds,
     breaches: Vec<Breach>,
     any: bool,
+}
+
+/// Least and greatest positions: two points, so that a move is held against them in a few
+/// instructions for all axes.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    least: Point,
+    greatest: Point,
+}
+
+impl Bounds {
+    fn contain(&self, axis: Axis, [least, greatest]: [f64; 2]) -> bool {
+        least >= self.least[axis] && greatest <= self.greatest[axis]
+    }
 }
 
 /// One axis beyond one end of its travel.
@@ -48,10 +64,18 @@ impl Travel {
             let travel_mm = machine.axis(axis).and_then(|profile| profile.travel_mm);
             travel_mm.filter(|_| !ignore_limits).unwrap_or(everywhere)
         };
+        let limits_mm = AxisMap::from_fn(limit);
         Travel {
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
-            limits_mm: AxisMap::from_fn(limit),
-            extents_mm: AxisMap::from_fn(|_| [f64::INFINITY, f64::NEG_INFINITY]),
+            limits_mm,
+            allowed_mm: Bounds {
+                least: AxisMap::from_fn(|axis| limits_mm[axis][0] - ROUNDING_MM),
+                greatest: AxisMap::from_fn(|axis| limits_mm[axis][1] + ROUNDING_MM),
+            },
+            reached_mm: Bounds {
+                least: AxisMap::from_fn(|_| f64::INFINITY),
+                greatest: AxisMap::from_fn(|_| f64::NEG_INFINITY),
+            },
             breaches: Vec::new(),
             any: false,
         }
@@ -67,6 +91,14 @@ impl Travel {
         if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
             let axes = plane.axes();
             let ends = [step.from, step.to].map(|point| axes.map(|axis| point[axis]));
+            let radius_mm = distance(ends[0], center_mm).max(distance(ends[1], center_mm));
+            let adds_nothing = |(axis, center): (Axis, f64)| {
+                let circle = [center - radius_mm, center + radius_mm];
+                self.reached_mm.contain(axis, circle) && self.allowed_mm.contain(axis, circle)
+            };
+            if axes.into_iter().zip(center_mm).all(adds_nothing) {
+                return;
+            }
             let bounds = bounds_mm(ends[0], ends[1], center_mm, ccw, turns);
             for (axis, reach) in axes.into_iter().zip(bounds) {
                 self.reach(axis, reach, block, place, open);
@@ -80,24 +112,33 @@ impl Travel {
     }
 
     fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
-        for i in 0..self.axes.len() {
-            let axis = self.axes[i];
-            self.reach(axis, [point[axis]; 2], block, place, open);
+        let Bounds { least, greatest } = &mut self.reached_mm;
+        let mut is_beyond = false;
+        for (i, at) in point.0.into_iter().enumerate() {
+            least.0[i] = if at < least.0[i] { at } else { least.0[i] };
+            greatest.0[i] = if at > greatest.0[i] { at } else { greatest.0[i] };
+            is_beyond |= (at < self.allowed_mm.least.0[i]) | (at > self.allowed_mm.greatest.0[i]);
+        }
+        if is_beyond {
+            for i in 0..self.axes.len() {
+                let axis = self.axes[i];
+                self.reach(axis, [point[axis]; 2], block, place, open);
+            }
         }
     }
 
-    #[inline]
     fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, open: AxisSet) {
-        let extent = &mut self.extents_mm[axis];
-        *extent = [extent[0].min(at[0]), extent[1].max(at[1])];
-        let [least, greatest] = self.limits_mm[axis];
-        if !open.contains(axis) && (at[0] < least - ROUNDING_MM || at[1] > greatest + ROUNDING_MM) {
-            if at[0] < least - ROUNDING_MM {
-                self.breach(axis, false, at[0], block, place);
-            }
-            if at[1] > greatest + ROUNDING_MM {
-                self.breach(axis, true, at[1], block, place);
-            }
+        let Bounds { least, greatest } = &mut self.reached_mm;
+        least[axis] = least[axis].min(at[0]);
+        greatest[axis] = greatest[axis].max(at[1]);
+        if open.contains(axis) {
+            return;
+        }
+        if at[0] < self.allowed_mm.least[axis] {
+            self.breach(axis, false, at[0], block, place);
+        }
+        if at[1] > self.allowed_mm.greatest[axis] {
+            self.breach(axis, true, at[1], block, place);
         }
     }
 
@@ -180,7 +221,8 @@ impl Travel {
     /// Least and greatest position of each axis of the machine; none where nothing moved.
     pub fn extents_mm(&self, machine: &Machine) -> AxisMap<Option<[f64; 2]>> {
         AxisMap::from_fn(|axis| {
-            (self.any && machine.axis(axis).is_some()).then_some(self.extents_mm[axis])
+            let Bounds { least, greatest } = &self.reached_mm;
+            (self.any && machine.axis(axis).is_some()).then_some([least[axis], greatest[axis]])
         })
     }
 }

@@ -46,7 +46,16 @@ pub(super) fn machine_coordinates_alone(block: &Block, faults: &mut Vec<Fault>) 
 const WHOLE_WITHIN: f64 = 1e-4;
 
 /// The value of a word that has to be a whole number from 0 to `greatest`.
+#[inline]
 pub(super) fn whole(word: &Word, greatest: u32, faults: &mut Vec<Fault>) -> Option<u32> {
+    let exact = word.value as u32;
+    if f64::from(exact) == word.value && exact <= greatest {
+        return Some(exact);
+    }
+    nearly_whole(word, greatest, faults)
+}
+
+fn nearly_whole(word: &Word, greatest: u32, faults: &mut Vec<Fault>) -> Option<u32> {
     let nearest = word.value.round();
     if (word.value - nearest).abs() <= WHOLE_WITHIN
         && (0.0..=f64::from(greatest)).contains(&nearest)

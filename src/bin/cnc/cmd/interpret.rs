@@ -3,9 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use cnc::base::{
-    Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Point, Severity, Source, Spline,
-};
+use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline};
 use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
 
 use crate::args::Global;
@@ -48,6 +46,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if checked.errors > 0 {
         return Ok(Exit::BadInput);
     }
+    if global.quiet && !global.json {
+        return Ok(Exit::Ok);
+    }
     let axes = Axis::ALL
         .into_iter()
         .filter(|axis| Axis::LINEAR.contains(axis) || checked.summary.axes_used.contains(*axis))
@@ -55,14 +56,15 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if !global.json {
         write_summary(&mut out, &source, &machine, &checked)?;
     }
-    let mut listing = Listing { out, axes, text: Vec::new(), json: global.json };
+    let mut listing = Listing::new(out, axes, global.json);
     if !global.json {
         listing.head()?;
     }
-    for motion in interp::motions(&source, &machine, &options) {
-        listing.write(&motion?)?;
+    let mut motions = interp::motions(&source, &machine, &options);
+    while let Some(motion) = motions.read()? {
+        listing.write(motion)?;
     }
-    listing.out.flush()?;
+    listing.finish()?;
     Ok(Exit::Ok)
 }
 
@@ -130,15 +132,49 @@ fn write_summary(
     writeln!(out)
 }
 
+/// Lines are handed on when there are so many bytes of them.
+const TEXT_BYTES: usize = 1 << 16;
+
 /// Writes motion, a line each.
 struct Listing<W: Write> {
     out: W,
     axes: Vec<Axis>,
     text: Vec<u8>,
     json: bool,
+    shown: AxisMap<Shown>,
+    shown_feed: Shown,
+}
+
+/// A number as it was written last, for most are the same again: a move starts where the one
+/// before has ended, and not all axes move.
+#[derive(Default)]
+struct Shown {
+    value: f64,
+    text: Vec<u8>,
+}
+
+impl Shown {
+    fn write(&mut self, text: &mut Vec<u8>, value: f64) {
+        if self.text.is_empty() || self.value.to_bits() != value.to_bits() {
+            self.value = value;
+            self.text.clear();
+            number(&mut self.text, value);
+        }
+        text.extend_from_slice(&self.text);
+    }
 }
 
 impl<W: Write> Listing<W> {
+    fn new(out: W, axes: Vec<Axis>, json: bool) -> Listing<W> {
+        let (text, shown) = (Vec::with_capacity(2 * TEXT_BYTES), AxisMap::default());
+        Listing { out, axes, text, json, shown, shown_feed: Shown::default() }
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.out.write_all(&self.text)?;
+        self.out.flush()
+    }
+
     fn head(&mut self) -> io::Result<()> {
         write!(self.out, "{:>7} {:>6}  {:<8}", "line", "N", "motion")?;
         for axis in &self.axes {
@@ -148,7 +184,6 @@ impl<W: Write> Listing<W> {
     }
 
     fn write(&mut self, motion: &Motion) -> io::Result<()> {
-        self.text.clear();
         match (motion, self.json) {
             (Motion::Move(step), true) => self.json_move(step),
             (Motion::Event(event), true) => json_event(&mut self.text, event),
@@ -157,7 +192,11 @@ impl<W: Write> Listing<W> {
                 writeln!(self.text, "{:>7} {:>6}  {}", event.line, "", event.kind)?;
             }
         }
-        self.out.write_all(&self.text)
+        if self.text.len() >= TEXT_BYTES {
+            self.out.write_all(&self.text)?;
+            self.text.clear();
+        }
+        Ok(())
     }
 
     fn table_move(&mut self, step: &Move) -> io::Result<()> {
@@ -203,7 +242,7 @@ impl<W: Write> Listing<W> {
     }
 
     fn json_move(&mut self, step: &Move) {
-        let (text, axes) = (&mut self.text, &self.axes);
+        let (text, axes, shown) = (&mut self.text, &self.axes, &mut self.shown);
         text.extend_from_slice(match step.kind {
             MoveKind::Rapid => b"{\"type\":\"rapid\",\"line\":".as_slice(),
             MoveKind::Line { .. } => b"{\"type\":\"line\",\"line\":",
@@ -216,12 +255,12 @@ impl<W: Write> Listing<W> {
             integer(text, n);
         }
         text.extend_from_slice(b",\"from\":");
-        json_point(text, axes, &step.from);
+        json_point(text, axes, |text, axis| shown[axis].write(text, step.from[axis]));
         text.extend_from_slice(b",\"to\":");
-        json_point(text, axes, &step.to);
+        json_point(text, axes, |text, axis| shown[axis].write(text, step.to[axis]));
         if let Some(feed_mm_min) = step.kind.feed_mm_min() {
             text.extend_from_slice(b",\"feed\":");
-            number(text, feed_mm_min);
+            self.shown_feed.write(text, feed_mm_min);
         }
         match step.bound {
             Bound::Free => {}
@@ -235,10 +274,10 @@ impl<W: Write> Listing<W> {
             text.extend_from_slice(b",\"plane\":\"");
             text.extend_from_slice(plane.name().as_bytes());
             text.extend_from_slice(b"\",\"center\":");
-            let mut center = AxisMap::default();
-            let axes = plane.axes();
-            [center[axes[0]], center[axes[1]]] = center_mm;
-            json_point(text, &axes, &center);
+            let [first, second] = plane.axes();
+            let [at_first, at_second] = center_mm;
+            let at = |axis| if axis == first { at_first } else { at_second };
+            json_point(text, &[first, second], |text, axis| number(text, at(axis)));
             text.extend_from_slice(if ccw { b",\"ccw\":true" } else { b",\"ccw\":false" });
             text.extend_from_slice(b",\"turns\":");
             integer(text, turns);
@@ -247,11 +286,12 @@ impl<W: Write> Listing<W> {
     }
 }
 
-fn json_point(text: &mut Vec<u8>, axes: &[Axis], point: &Point) {
+/// An object with a number for each axis, which `write` writes.
+fn json_point(text: &mut Vec<u8>, axes: &[Axis], mut write: impl FnMut(&mut Vec<u8>, Axis)) {
     let mut separator = b'{';
     for axis in axes {
         text.extend_from_slice(&[separator, b'"', axis.letter() as u8, b'"', b':']);
-        number(text, point[*axis]);
+        write(text, *axis);
         separator = b',';
     }
     text.push(b'}');
@@ -259,7 +299,9 @@ fn json_point(text: &mut Vec<u8>, axes: &[Axis], point: &Point) {
 
 /// Points; of what is no Bézier curve, which these alone would tell, weights and knots too.
 fn json_spline(text: &mut Vec<u8>, axes: &[Axis], curve: &Spline) {
-    json_list(text, "points", curve.points(), |text, point| json_point(text, axes, point));
+    json_list(text, "points", curve.points(), |text, point| {
+        json_point(text, axes, |text, axis| number(text, point[axis]));
+    });
     if !curve.is_bezier() {
         json_list(text, "weights", curve.weights(), |text, weight| number(text, *weight));
         json_list(text, "knots", curve.knots(), |text, knot| number(text, *knot));
@@ -347,9 +389,10 @@ fn integer(text: &mut Vec<u8>, value: u32) {
 
 /// The shortest form that reads back as the same value; whole numbers without a point.
 fn number(text: &mut Vec<u8>, value: f64) {
+    let whole = value as i64;
     // Whole numbers up to here are exact in both types.
-    if value.fract() == 0.0 && value.abs() < 1e15 {
-        text.extend_from_slice(itoa::Buffer::new().format(value as i64).as_bytes());
+    if whole as f64 == value && value.abs() < 1e15 {
+        text.extend_from_slice(itoa::Buffer::new().format(whole).as_bytes());
     } else {
         text.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());
     }
