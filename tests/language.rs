@@ -137,6 +137,52 @@ fn positions_are_bounded_on_machines_without_travel() {
 }
 
 #[test]
+fn a_part_outside_of_the_travel_is_told_how_far_to_shift() {
+    for (text, axis, shift) in [
+        // The starmill's X goes from 0 to 150; its work zero is X75.
+        ("G0 X80\nM30", Axis::X, "X -75.000 to -5.000 mm"),
+        ("G0 X80 Y-60\nM30", Axis::Y, "Y +10.000 to +50.000 mm"),
+        ("G91 G0 X-76.00025\nX1\nM30", Axis::X, "X +1.001 to +75.000 mm"),
+        ("G0 X-100\nX100\nM30", Axis::X, "200.000 mm of X, 50.000 mm more than the travel"),
+        ("G0 X1\nG53 G0 X160\nG90 X80\nX1\nM30", Axis::X, "led there by machine coordinates"),
+        // What G53 says does not shift with the part; what stands behind it does again.
+        ("G0 X1\nG53 G0 X149\nY1\nG90 X80\nX1\nM30", Axis::X, "X -75.000 to -5.000 mm"),
+    ] {
+        let checked = check(text.as_bytes(), &Machine::load("starmill").unwrap());
+        let rule = rules::limits(axis).each_ref().map(|rule| rule.name);
+        let found = checked.diagnostics.iter().find(|found| rule.contains(&found.rule)).unwrap();
+        let help = found.help.as_deref().unwrap();
+        assert!(help.contains(shift), "{text}: {help}");
+    }
+}
+
+#[test]
+fn rapids_into_the_work_are_told_where_they_are_meant() {
+    const HEAD: &str = "M3 S1000 F100\nG0 X1 Y1 Z5\n";
+    for (text, is_told) in [
+        ("G0 Z-1\nG1 X5", true),
+        ("G91\nG0 Z-6\nG1 X5", true),
+        ("G0 Z0\nG1 X5", false),
+        ("G1 Z-3\nG0 Z5\nG0 Z-2.8\nG1 Z-4", false),
+        ("G1 Z-3\nG0 Z5\nG0 Z-3.2\nG1 Z-4", true),
+        ("G1 Z-3\nG0 Z5\nX9\nZ-2\nG1 Z-4", true),
+        ("G81 X2 Y2 Z-5 R1\nX9", false),
+        ("G53 G0 Z40\nG1 X2", false),
+        ("M5\nG0 Z-1\nG1 X5", false),
+        ("G52 Z-9\nG0 Z-1\nG1 X5", true),
+        ("G10 L2 P1 Z20\nG0 Z-1\nZ-5\nG1 X5", true),
+    ] {
+        let found = findings(&format!("{HEAD}{text}\nM30"));
+        let told = found.iter().any(|rule| rule.starts_with("rapid-into-work"));
+        assert_eq!(told, is_told, "{text}: {found:?}");
+    }
+    // A spindle that no program starts; nothing that cuts; a lathe.
+    assert_eq!(findings("G0 X1 Y1 Z-5\nG1 X5 F100\nM30"), ["rapid-into-work 1:10"]);
+    assert_eq!(findings("G0 X1 Y1 Z-5\nM30"), [""; 0]);
+    assert_eq!(findings("M3 S100\nG0 X5 Z-5\nG1 X1 F10\nM30"), [""; 0]);
+}
+
+#[test]
 fn the_reference_is_that_of_the_tables() {
     let mut text = String::from(
         "# Codes and rules\n\nMade from the tables in `src/gcode`: \
@@ -187,7 +233,7 @@ fn one_fault_makes_no_others() {
             "G0 X1\nM30\nO1\nG5.7\nX!\nM99",
             &["unknown-word 4:1", "missing-number 5:1", "bad-character 5:2"],
         ),
-        ("G0 X1\nO1\nG5.7\nM99", &["missing-end 2:1", "unknown-word 3:1"]),
+        ("G0 X1\nO1\nG5.7\nM99", &["missing-end 1:1", "unknown-word 3:1"]),
         // What stands behind the closing % is no part of the program.
         ("%\nG0 X1\n%\nwords\u{1}", &["after-end 4:1"]),
         ("G0 X1\n\u{0}\u{1}\u{2}\n\u{3}", &["not-text 2:1"]),

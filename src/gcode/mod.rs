@@ -9,10 +9,12 @@ pub mod codes;
 mod control;
 mod expr;
 mod fault;
+pub mod foreign;
 mod lines;
 mod number;
 mod parser;
 pub mod rules;
+mod stray;
 
 pub use block::{Block, Call, Message, MessageKind, Word, letter_bit};
 pub use control::{Assignment, Control, Label, Statement};

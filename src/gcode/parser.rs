@@ -13,7 +13,8 @@ use super::control::{Assignment, Control, Label, Statement, after_label, macro_b
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
-use super::rules;
+use super::stray::{self, is_control, not_text};
+use super::{foreign, rules};
 
 /// Reads a line into a block, and what is wrong with it into `faults`.
 ///
@@ -36,6 +37,9 @@ pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
             block.clear();
             faults.truncate(faults_before);
             faults.push(not_text(line, at));
+        } else if let Some(fault) = foreign::language(line) {
+            faults.truncate(faults_before);
+            faults.push(fault);
         }
     }
 }
@@ -136,6 +140,10 @@ impl<'a> Parsing<'a> {
             Ok(value) => Some(value),
             Err(error) => {
                 let at = (self.line.len() - error.left) as u32;
+                if self.line.get(at as usize) == Some(&b',') {
+                    self.faults.push(stray::comma(self.line, at as usize).0);
+                    return None;
+                }
                 let fault = Fault::new(&rules::EXPRESSION, start.min(at), at + 1, error.message);
                 self.faults.push(fault);
                 None
@@ -268,6 +276,9 @@ impl<'a> Parsing<'a> {
 
     /// Reports a letter that no number follows.
     fn no_number(&mut self, letter: u8, start: u32, error: SyntaxError) -> Option<()> {
+        if self.looks_alike(start) {
+            return Some(());
+        }
         let letter = char::from(letter);
         let after_blanks = self.rest.iter().position(|byte| !is_blank(*byte));
         let next = after_blanks.and_then(|at| self.rest.get(at).copied());
@@ -308,7 +319,14 @@ impl<'a> Parsing<'a> {
         match closed {
             Ok((rest, text)) => {
                 self.rest = rest;
-                if matches!(text.first(), Some(b'M' | b'm' | b'D' | b'd' | b'P' | b'p' | b' ')) {
+                if text.contains(&b'(') {
+                    let (fault, length) = stray::nested_comment(self.line, start as usize);
+                    self.rest = self.line.get(start as usize + length..).unwrap_or_default();
+                    self.faults.push(fault);
+                } else if matches!(
+                    text.first(),
+                    Some(b'M' | b'm' | b'D' | b'd' | b'P' | b'p' | b' ')
+                ) {
                     self.message(text, start + 1);
                 }
                 self.text_only(text, start + 1)
@@ -357,53 +375,32 @@ impl<'a> Parsing<'a> {
         }
     }
 
+    /// Reports a character that stands for another, in a word that begins at byte `start`.
+    fn looks_alike(&mut self, start: u32) -> bool {
+        let found = stray::look_alike_fault(self.line, start as usize, self.at() as usize);
+        let Some((fault, length)) = found else { return false };
+        self.faults.push(fault);
+        self.step(length);
+        true
+    }
+
     /// Reports a byte at which no item can begin.
     fn stray(&mut self, byte: u8) -> Option<()> {
         let at = self.at();
-        let to_end = self.line.len() as u32;
         if is_control(byte) {
             self.faults.push(not_text(self.line, at as usize));
             return None;
         }
-        let fault = match byte {
-            b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::new(
-                &rules::EXPRESSION,
-                at,
-                at + 1,
-                format!("{} belongs to no word and no parameter", char::from(byte)),
-            )
-            .help("a value follows a letter, as X[#1 + 2]; a parameter is set by #1 = 2"),
-            b'$' => Fault::new(
-                &rules::UNSUPPORTED_WORD,
-                at,
-                to_end,
-                "lines that begin with $ are commands of a sender, not of a program",
-            )
-            .help("leave the line out"),
-            b'0'..=b'9' | b'.' | b'-' | b'+' => {
-                let end = self.rest.iter().take_while(|byte| b"0123456789.+-".contains(byte));
-                let end = at + end.count() as u32;
-                Fault::new(&rules::BAD_NUMBER, at, end, "this number belongs to no letter")
-                    .help("write one letter and one number a word, as X1.5")
-            }
-            b')' => Fault::new(&rules::BAD_CHARACTER, at, at + 1, "a ) without a (")
-                .help("comments do not nest: the first ) ends them"),
-            b'A'..=b'Z' | b'a'..=b'z' | b':' => {
-                let after =
-                    if self.words_end == Some(b'%') { "%" } else { "the * that ends a block" };
-                Fault::new(&rules::BAD_CHARACTER, at, to_end, format!("words after {after}"))
-                    .help("put them on a line of their own")
-            }
-            _ => {
-                let count = self.rest.iter().take_while(|byte| **byte >= 0x80).count().max(1);
-                let bytes = &self.rest[..count];
-                let shown = String::from_utf8_lossy(bytes);
-                let message = format!("{shown:?} belongs to no word");
-                Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message)
-                    .help("comments stand in ( ) or after ;")
-            }
-        };
-        self.faults.push(fault);
+        if byte == b',' {
+            let (fault, length) = stray::comma(self.line, at as usize);
+            self.faults.push(fault);
+            self.step(length);
+            return Some(());
+        }
+        if self.looks_alike(at) {
+            return Some(());
+        }
+        self.faults.push(stray::fault(self.line, at as usize, self.words_end));
         None
     }
 }
@@ -432,27 +429,9 @@ fn label_number(value: f64) -> u32 {
     if value.fract() == 0.0 && value >= 0.0 { value as u32 } else { u32::MAX }
 }
 
-/// A byte that no text holds.
-fn not_text(line: &[u8], at: usize) -> Fault {
-    let byte = line.get(at).copied().unwrap_or_default();
-    let message = format!("byte 0x{byte:02X} is no text: this is no NC program");
-    let is_utf16 = line.starts_with(b"\xff\xfe") || line.starts_with(b"\xfe\xff");
-    let help = if is_utf16 {
-        "this looks like UTF-16: save the program as plain text (ASCII or UTF-8)"
-    } else {
-        "hand in the program as plain text (ASCII or UTF-8)"
-    };
-    Fault::new(&rules::NOT_TEXT, at as u32, at as u32 + 1, message).help(help)
-}
-
 /// The R of `GR`, in either case.
 fn tag_r(input: &[u8]) -> Parsed<'_, &[u8]> {
     nom::bytes::complete::tag_no_case("R").parse(input)
-}
-
-/// Bytes that no text holds. The tab is a blank; line ends never get here.
-fn is_control(byte: u8) -> bool {
-    (byte < 0x20 && byte != b'\t') || byte == 0x7f
 }
 
 #[cfg(test)]
@@ -506,7 +485,17 @@ mod tests {
         check("X--1", "", &["bad-number"]);
         check("X9999999999", "", &["bad-number"]);
         check("G1 (open", "G1", &["open-comment"]);
-        check("G1 (a(b)c) X1", "G1", &["missing-number", "bad-character"]);
+        check("G1 (a(b)c) X1", "G1 X1", &["nested-comment"]);
+        check("G1 (a(b) X1", "G1 X1", &["nested-comment"]);
+        check(
+            "G1 X1,5 Y-2,25Z",
+            "G1 X1 Y-2",
+            &["decimal-comma", "decimal-comma", "missing-number"],
+        );
+        check("X[1,5] Y2", "", &["decimal-comma"]);
+        check("G1 X1, Y2,C3", "G1 X1 Y2", &["bad-character", "unsupported-word"]);
+        check("G1 X\u{2212}5\u{a0}Y\u{2212}1", "G1", &["look-alike", "look-alike", "look-alike"]);
+        check("G\u{ff11} \u{425}10 Y5", "Y5", &["look-alike", "look-alike"]);
         check("G1 *X1", "G1", &["bad-character"]);
         check("% G1", "%", &["bad-character"]);
         check("G1 X#", "G1", &["expression"]);

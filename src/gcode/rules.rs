@@ -29,7 +29,10 @@ rules! {
     NOT_TEXT Error "not-text" "The file holds bytes that no NC program has: it is something else.";
     LINE_TOO_LONG Error "line-too-long" "A line is longer than 64 KiB.";
     BAD_CHARACTER Error "bad-character" "A character that belongs to no word and no comment.";
+    LOOK_ALIKE Error "look-alike" "A character that looks like one of a program and is another, as a typographic minus.";
+    DECIMAL_COMMA Error "decimal-comma" "A comma stands where a decimal point belongs.";
     OPEN_COMMENT Error "open-comment" "A comment begins with ( and has no ) on its line.";
+    NESTED_COMMENT Error "nested-comment" "A comment inside of a comment: controls differ in where it ends.";
     MISSING_NUMBER Error "missing-number" "A letter is not followed by a number.";
     BAD_NUMBER Error "bad-number" "A number that cannot be read, or that is too large.";
     REPEATED_WORD Error "repeated-word" "A letter that may stand once in a block stands there twice.";
@@ -66,6 +69,7 @@ rules! {
     ARC_TOO_SMALL Error "arc-too-small" "The radius of an arc is zero, or too small to reach from its start to its end.";
     ARC_CLOSED Error "arc-closed" "A full circle is asked for by its radius, which leaves its centre open.";
     SPINDLE_SPEED Warning "spindle-speed" "A spindle speed beyond the machine's greatest.";
+    RAPID_INTO_WORK Warning "rapid-into-work" "G0 goes down below Z0 of the work while the spindle turns.";
     FEED_UNITS Warning "feed-units" "A block sets the feed and changes the units, which controls take in different orders.";
     BLOCK_DELETE Warning "block-delete" "Lines that begin with / are executed: block delete is off.";
     CALL_ALONE Error "call-alone" "Other words stand beside a subroutine call or a statement of control flow.";

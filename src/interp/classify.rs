@@ -5,7 +5,7 @@ use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
-use super::words::{conflict, go_together, unsupported};
+use super::words::{conflict, go_together, unknown, unsupported, unused};
 
 impl Executor<'_> {
     /// Finds the codes of a block and what is wrong with them by themselves.
@@ -30,11 +30,7 @@ impl Executor<'_> {
                 continue;
             }
             let Some(code) = codes::find(word.letter, word.value) else {
-                faults.push(Fault::word(
-                    &rules::UNKNOWN_WORD,
-                    word,
-                    format!("there is no {word} in any dialect known here"),
-                ));
+                faults.push(unknown(word));
                 asked.is_foreign = true;
                 continue;
             };
@@ -67,6 +63,13 @@ impl Executor<'_> {
             asked.is_faulty |= self.claims_twice(block, faults);
         }
         asked
+    }
+
+    /// Whether the block at hand has led to positions of the machine, which do not shift with the
+    /// work: G53, G28, G30.
+    pub(super) fn names_machine_positions(&self) -> bool {
+        let names = |op: &Op| matches!(op, Op::MachineCoordinates | Op::GoToReference(_));
+        self.codes.iter().any(|(_, op)| names(op))
     }
 
     /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
@@ -117,14 +120,7 @@ impl Executor<'_> {
             return false;
         }
         for word in block.words().iter().filter(|word| letter_bit(word.letter) & !used != 0) {
-            let message = format!("nothing in this block makes use of {word}");
-            let fault = Fault::word(&rules::UNUSED_WORD, word, message);
-            faults.push(match word.letter {
-                b'I' | b'J' | b'K' | b'R' => fault.help("arcs need G2 or G3 in force"),
-                b'D' => fault.help("D goes with G41 and G42, the tool whose radius they take"),
-                b'H' => fault.help("H goes with G43, the tool's length"),
-                _ => fault.help("leave it out, or write the code that it belongs to"),
-            });
+            faults.push(unused(word, mode));
         }
         true
     }

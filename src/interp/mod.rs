@@ -25,6 +25,7 @@ mod motions;
 mod moves;
 mod offsets;
 mod parameters;
+mod plunge;
 mod program;
 mod run;
 mod system;

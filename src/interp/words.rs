@@ -1,8 +1,9 @@
 //! Words by themselves: which can stand together, which are refused, what values they may have.
 
-use crate::gcode::codes::{Code, Op};
-use crate::gcode::{Block, Call, Fault, Word, letter_bit, rules};
+use crate::gcode::codes::{self, Code, Op};
+use crate::gcode::{Block, Call, Fault, Word, foreign, letter_bit, rules};
 
+use super::execute::MotionMode;
 use super::flow::Flow;
 
 /// Whether two codes of one group may stand in one block: mist and flood; and G80 with the motion
@@ -30,6 +31,55 @@ pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
     let message = format!("{} is not supported: {}", code.name(), code.meaning);
     let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
     fault.help(remedy(code))
+}
+
+/// A G or M word that no code is; what it is on other controls, where that is known.
+pub(super) fn unknown(word: &Word) -> Fault {
+    let fault = |message: String| Fault::word(&rules::UNKNOWN_WORD, word, message);
+    if let Some(row) = foreign::find(word.letter, word.value) {
+        let (control, meaning) = (row.control, row.meaning);
+        return fault(format!("{word} means nothing here; on {control}: {meaning}"))
+            .help(row.instead);
+    }
+    let message = format!("there is no {word} in any dialect known here");
+    let alike = codes::CODES.iter().filter(|code| {
+        code.letter == word.letter && f64::from(code.tenths / 10) == word.value.trunc()
+    });
+    let names: Vec<String> = alike.map(Code::name).collect();
+    if names.is_empty() {
+        return fault(message);
+    }
+    fault(message).help(format!("there is {}", listed(&names, "and")))
+}
+
+/// A word that no code of its block and no mode in force makes use of.
+pub(super) fn unused(word: &Word, mode: MotionMode) -> Fault {
+    let in_force = match mode {
+        MotionMode::None | MotionMode::Foreign => "no motion code".to_owned(),
+        MotionMode::Rapid => "G0".to_owned(),
+        MotionMode::Line => "G1".to_owned(),
+        MotionMode::Arc { ccw: false } => "G2".to_owned(),
+        MotionMode::Arc { ccw: true } => "G3".to_owned(),
+        MotionMode::Cycle(cycle) => format!("G{}", cycle as u8),
+    };
+    let message = format!("nothing in this block makes use of {word}: {in_force} is in force");
+    let fault = Fault::word(&rules::UNUSED_WORD, word, message);
+    let users = codes::CODES.iter().filter(|code| code.words & letter_bit(word.letter) != 0);
+    let names: Vec<String> = users.map(Code::name).collect();
+    if names.is_empty() {
+        return fault.help("leave it out");
+    }
+    let letter = char::from(word.letter);
+    fault.help(format!("{letter} goes with {}", listed(&names, "or")))
+}
+
+/// `G2, G3 or G81`.
+fn listed(names: &[String], last: &str) -> String {
+    match names.split_last() {
+        Some((end, [])) => end.clone(),
+        Some((end, others)) => format!("{} {last} {end}", others.join(", ")),
+        None => String::new(),
+    }
 }
 
 /// What to write instead of a code that is not supported.
