@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
-use cnc::gcode::{codes, rules};
+use cnc::gcode::{codes, foreign, rules};
 use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
 use proptest::prelude::*;
 
@@ -85,10 +85,8 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
         let first = String::from_utf8_lossy(text.split(|byte| *byte == b'\n').next().unwrap());
         let expected = first.strip_prefix("(expect: ").and_then(|rest| rest.split(')').next());
         let expected = expected.unwrap_or_else(|| panic!("{name}: no expectation"));
-        let (expected, machine) = expected.split_once(" on ").unwrap_or((expected, "starmill"));
-        let own = root().join("samples/machines").join(machine).with_extension("toml");
-        let profile = if own.exists() { own.to_str().unwrap() } else { machine };
-        let checked = check(&text, &Machine::load(profile).unwrap());
+        let expected = expected.split(" on ").next().unwrap();
+        let checked = check(&text, &machine_of(&first));
         let found: Vec<_> = checked
             .diagnostics
             .iter()
@@ -182,30 +180,91 @@ fn rapids_into_the_work_are_told_where_they_are_meant() {
     assert_eq!(findings("M3 S100\nG0 X5 Z-5\nG1 X1 F10\nM30"), [""; 0]);
 }
 
+/// Holds a file of docs/ against what the tables make, or writes it anew.
+fn is_documented(name: &str, text: &str) {
+    let file = root().join("docs").join(name);
+    if std::env::var_os("UPDATE").is_some() {
+        fs::write(&file, text).unwrap();
+    }
+    assert!(
+        text == fs::read_to_string(&file).unwrap(),
+        "{name}: UPDATE=1 cargo test --test language"
+    );
+}
+
 #[test]
 fn the_reference_is_that_of_the_tables() {
     let mut text = String::from(
-        "# Codes and rules\n\nMade from the tables in `src/gcode`: \
-         `UPDATE=1 cargo test --test language`.\n\n\
-         ## Codes\n\nThe codes of one block are executed in the order of their groups as listed \
+        "# Codes\n\nMade from the tables in `src/gcode`: \
+         `UPDATE=1 cargo test --test language`. `cnc explain G43` tells of one code, with where controls \
+         differ.\n\n\
+         The codes of one block are executed in the order of their groups as listed \
          in `src/gcode/codes.rs`, units first. Two codes of one group cannot stand in one block, \
-         M7 with M8, and G80 with another motion code, excepted.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n",
+         M7 with M8, and G80 with another motion code, excepted.\n\n\
+         | code | group | words | supported | meaning |\n|---|---|---|---|---|\n",
     );
     for code in codes::CODES {
         let supported = if code.op.is_some() { "yes" } else { "no" };
-        let (name, group) = (code.name(), code.group.name());
-        text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
+        let (name, group, words) = (code.name(), code.group.name(), code.letters());
+        text += &format!("| {name} | {group} | {words} | {supported} | {} |\n", code.meaning);
     }
-    text += "\n## Rules\n\n| rule | severity | meaning |\n|---|---|---|\n";
+    text += "\n## Codes of other controls\n\nThey mean nothing here, and are refused with what is said \
+             below.\n\n| code | control | meaning there | instead |\n|---|---|---|---|\n";
+    for row in foreign::FOREIGN {
+        let name = row.name();
+        text += &format!("| {name} | {} | {} | {} |\n", row.control, row.meaning, row.instead);
+    }
+    is_documented("gcodes.md", &text);
+}
+
+/// A program in a fence; long ones are cut.
+fn fenced(program: &str) -> String {
+    let lines: Vec<&str> = program.lines().collect();
+    let mut text = String::from("```\n");
+    for line in lines.iter().take(16) {
+        let visible = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+        text.extend(line.chars().take(72).map(visible));
+        text += if line.chars().count() > 72 { "…\n" } else { "\n" };
+    }
+    text + if lines.len() > 16 { "…\n```\n" } else { "```\n" }
+}
+
+#[test]
+fn the_rules_are_documented_with_their_samples() {
+    let mut text = String::from(
+        "# Rules\n\nMade from the table in `src/gcode/rules.rs` and the samples: \
+         `UPDATE=1 cargo test --test language`. `cnc explain no-feed` tells of one. A program with an \
+         error gives no motion; one with a warning runs.\n\n\
+         | rule | severity | meaning |\n|---|---|---|\n",
+    );
     for rule in rules::all() {
         let severity = format!("{:?}", rule.severity).to_lowercase();
-        text += &format!("| {} | {severity} | {} |\n", rule.name, rule.meaning);
+        text += &format!("| [{0}](#{0}) | {severity} | {1} |\n", rule.name, rule.meaning);
     }
-    let file = root().join("docs/gcodes.md");
-    if std::env::var_os("UPDATE").is_some() {
-        fs::write(&file, &text).unwrap();
+    for rule in rules::all() {
+        let bad = rule.bad.split_once('\n').unwrap().1;
+        text += &format!("\n## {}\n\n{}\n\n{}", rule.name, rule.meaning, fenced(bad));
+        text += &format!("\nMended:\n\n{}", fenced(rule.mended));
     }
-    assert_eq!(text, fs::read_to_string(&file).unwrap());
+    is_documented("rules.md", &text);
+}
+
+/// The machine that the first line of a bad sample names, or else the starmill.
+fn machine_of(bad: &str) -> Machine {
+    let expected = bad.lines().next().and_then(|line| line.strip_prefix("(expect: "));
+    let expected = expected.and_then(|rest| rest.split(')').next()).unwrap();
+    let name = expected.split_once(" on ").map_or("starmill", |(_, name)| name);
+    let own = root().join("samples/machines").join(name).with_extension("toml");
+    Machine::load(if own.exists() { own.to_str().unwrap() } else { name }).unwrap()
+}
+
+#[test]
+fn every_mended_sample_has_no_mistake() {
+    for rule in rules::all() {
+        let checked = check(rule.mended.as_bytes(), &machine_of(rule.bad));
+        assert_eq!(checked.diagnostics, [], "samples/mended/{}.nc", rule.name);
+    }
+    assert_eq!(files("samples/mended", "nc").len(), rules::all().count());
 }
 
 #[test]

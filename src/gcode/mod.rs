@@ -11,6 +11,7 @@ mod expr;
 mod fault;
 pub mod foreign;
 mod lines;
+pub mod notes;
 mod number;
 mod parser;
 pub mod rules;

@@ -1,5 +1,5 @@
 //! The rules that a program can break: name, severity and one sentence each. `samples/bad/` holds
-//! a program for every one of them.
+//! a program for every one of them, `samples/mended/` the same without the mistake.
 
 use crate::base::{Axis, Severity};
 
@@ -12,14 +12,30 @@ pub struct Rule {
     pub severity: Severity,
     /// What is wrong with a program that breaks it.
     pub meaning: &'static str,
+    /// A program that breaks it; its first line is a comment that tells the diagnostic.
+    pub bad: &'static str,
+    /// The same program without the mistake.
+    pub mended: &'static str,
+}
+
+/// A rule, with its programs from the samples.
+macro_rules! rule {
+    ($severity:ident $name:literal $meaning:expr) => {
+        Rule {
+            name: $name,
+            severity: Severity::$severity,
+            meaning: $meaning,
+            bad: include_str!(concat!("../../samples/bad/", $name, ".nc")),
+            mended: include_str!(concat!("../../samples/mended/", $name, ".nc")),
+        }
+    };
 }
 
 macro_rules! rules {
     ($($id:ident $severity:ident $name:literal $meaning:literal;)*) => {
         $(
             #[doc = $meaning]
-            pub static $id: Rule =
-                Rule { name: $name, severity: Severity::$severity, meaning: $meaning };
+            pub static $id: Rule = rule!($severity $name $meaning);
         )*
         static LISTED: &[&Rule] = &[$(&$id),*];
     };
@@ -94,16 +110,8 @@ macro_rules! limits {
     ($($axis:ident $min:literal $max:literal;)*) => {
         /// The rules of travel: for each axis, below its least and above its greatest position.
         pub static LIMITS: [[Rule; 2]; 9] = [$([
-            Rule {
-                name: $min,
-                severity: Severity::Error,
-                meaning: concat!(stringify!($axis), " moves below its least machine position."),
-            },
-            Rule {
-                name: $max,
-                severity: Severity::Error,
-                meaning: concat!(stringify!($axis), " moves above its greatest machine position."),
-            },
+            rule!(Error $min concat!(stringify!($axis), " moves below its least machine position.")),
+            rule!(Error $max concat!(stringify!($axis), " moves above its greatest machine position.")),
         ]),*];
     };
 }
