@@ -26,6 +26,8 @@ pub struct Args {
 const LINES_MAX: usize = 16;
 /// Characters of a line that are shown.
 const COLUMNS_MAX: usize = 72;
+/// Codes of one group that are all named.
+const NAMES_MAX: usize = 9;
 /// Names that are like the one asked for, at least by so much (Jaro and Winkler).
 const LIKENESS_LEAST: f64 = 0.8;
 
@@ -97,8 +99,7 @@ fn list(out: &mut impl Write, global: &Global) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What the check of a rule's bad program says: line (counted without the program's first, which is
-/// a remark), message, help.
+/// What the check of a rule's bad program, without its remark, says.
 struct Shown {
     line: u32,
     message: String,
@@ -113,12 +114,12 @@ fn shown(rule: &Rule) -> anyhow::Result<Shown> {
     } else {
         Machine::load(cnc::base::machine::DEFAULT)?
     };
-    let source = Source::memory("example.nc", rule.bad.as_bytes());
+    let source = Source::memory("example.nc", without_remark(rule.bad).as_bytes());
     let options = Options { max_passes: Some(1000), ..Options::default() };
     let checked = interp::check(&source, &machine, &options, 1)?;
     let found = checked.diagnostics.into_iter().find(|found| found.rule == rule.name);
     let found = found.ok_or_else(|| anyhow!("the example of {} does not show it", rule.name))?;
-    Ok(Shown { line: found.span.line - 1, message: found.message, help: found.help })
+    Ok(Shown { line: found.span.line, message: found.message, help: found.help })
 }
 
 fn explain_rule(out: &mut impl Write, rule: &Rule, global: &Global) -> anyhow::Result<()> {
@@ -183,9 +184,11 @@ fn in_force(code: &Code) -> String {
     if is_once {
         return "in its block only".to_owned();
     }
-    let others = codes::CODES.iter().filter(|other| other.group == code.group && *other != code);
-    let names: Vec<String> = others.map(Code::name).collect();
-    if names.is_empty() {
+    let is_other = |other: &&Code| other.group == code.group && *other != code;
+    let names: Vec<String> = codes::CODES.iter().filter(is_other).map(Code::name).collect();
+    if names.len() > NAMES_MAX {
+        "until another code of its group".to_owned()
+    } else if names.is_empty() {
         "from its block on".to_owned()
     } else {
         format!("until {}", names.join(" "))
