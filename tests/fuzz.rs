@@ -12,13 +12,14 @@ fn what_must_hold_for_any_bytes_holds_for_the_corpus() {
     let mut count = 0;
     for folder in ["fuzz/corpus/program", "samples/good", "samples/bad"] {
         for entry in fs::read_dir(root.join(folder)).unwrap() {
-            let text = fs::read(entry.unwrap().path()).unwrap();
-            // The largest sample takes long in a debug build, and shows nothing here.
-            if text.len() < 1 << 16 {
-                body::program(&text);
+            let path = entry.unwrap().path();
+            // These are about size and count: they take long in a debug build, and show nothing here.
+            let heavy = ["call-count", "subprogram-size", "line-too-long"];
+            if !heavy.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name)) {
+                body::program(&fs::read(path).unwrap());
                 count += 1;
             }
         }
     }
-    assert!(count > 100);
+    assert!(count > 90);
 }

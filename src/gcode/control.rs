@@ -4,7 +4,10 @@
 use std::fmt;
 use std::rc::Rc;
 
+use super::block::{Block, letter_bit};
 use super::expr::{Formula, NoExpression, Reader, Step, written};
+use super::fault::Fault;
+use super::rules;
 
 /// Arguments of a call, at most: `#1` to `#30`.
 const ARGUMENTS_MAX: usize = 30;
@@ -241,5 +244,28 @@ impl Statement {
             }
             Control::EndDo => format!("END{number}"),
         }
+    }
+}
+
+/// Reports what stands beside a statement: nothing may, but a line number, and behind THEN what
+/// is set.
+pub(super) fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
+    let Some(statement) = block.statement() else { return };
+    let word = block.first_of(!letter_bit(b'N')).map(|word| (word.start, word.end));
+    let set = block.assignments().first().map(|set| (set.start, set.end));
+    let is_then = matches!(statement.control, Control::Then(_));
+    let call = block.call.map(|call| (call.start, call.end));
+    if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
+        let message = "this stands beside a statement of control flow";
+        let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
+        faults.push(fault.help(if is_then {
+            "THEN only sets a parameter: jump by GOTO, or write o1 if, the block, o1 endif"
+        } else {
+            "put it into a block of its own"
+        }));
+    } else if is_then && set.is_none() {
+        let message = "THEN is not followed by a parameter that it sets";
+        let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);
+        faults.push(fault.help("write IF [#1 EQ 2] THEN #3 = 4"));
     }
 }

@@ -237,6 +237,10 @@ const LANGUAGES: &[(&str, &str)] = &[
     ("SECTION", "a DXF drawing"),
 ];
 
+/// Files that are no NC programs of any control.
+const NO_PROGRAMS: &[&str] =
+    &[APT, HPGL, "XML", "a web page", "an STL model", "a STEP model", "a DXF drawing"];
+
 const HEIDENHAIN: &str = "Heidenhain's conversational language";
 const SIEMENS: &str = "Siemens' own language";
 const OKUMA: &str = "Okuma's own language";
@@ -256,8 +260,13 @@ pub(super) fn language(line: &[u8]) -> Option<Fault> {
         LANGUAGES.iter().find(|(start, _)| begins_with(start)).map(|(_, language)| *language);
     let language = known.or_else(|| sets_by_letters(&text).then_some(SIEMENS))?;
     let start = line.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(0);
+    let (start, end) = (start as u32, line.len() as u32);
+    if NO_PROGRAMS.contains(&language) {
+        let fault = Fault::new(&rules::NOT_TEXT, start, end, format!("this is {language}"));
+        return Some(fault.help("hand in the NC program that was made from it"));
+    }
     let message = format!("this line is {language}");
-    let fault = Fault::new(&rules::UNSUPPORTED_WORD, start as u32, line.len() as u32, message);
+    let fault = Fault::new(&rules::UNSUPPORTED_WORD, start, end, message);
     Some(fault.help("let the post processor put out ISO code (G and M words)"))
 }
 

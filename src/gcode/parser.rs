@@ -8,8 +8,8 @@ use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
 use nom::sequence::delimited;
 
-use super::block::{Block, Call, Message, MessageKind, Word, letter_bit};
-use super::control::{Assignment, Control, Label, Statement, after_label, macro_b};
+use super::block::{Block, Call, Message, MessageKind, Word};
+use super::control::{Assignment, Control, Label, Statement, after_label, macro_b, stands_alone};
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
@@ -40,6 +40,8 @@ pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
         } else if let Some(fault) = foreign::language(line) {
             faults.truncate(faults_before);
             faults.push(fault);
+        } else if faults.len() > faults_before + 1 {
+            stray::join_texts(line, faults, faults_before);
         }
     }
 }
@@ -105,9 +107,13 @@ impl<'a> Parsing<'a> {
             }
         }
         match self.number() {
+            Ok(_) if matches!(self.rest.first(), Some(b'O' | b'o')) && self.has_letter(start) => {
+                Some(())
+            }
             Ok(value) => {
                 let word = Word { letter, value, start, end: self.at() };
                 if letter == b'O' && self.keyword_follows() {
+                    self.is_label(&word);
                     return self.o_word(Label::Number(label_number(value)), start);
                 }
                 self.push(word);
@@ -145,7 +151,11 @@ impl<'a> Parsing<'a> {
                     return None;
                 }
                 let fault = Fault::new(&rules::EXPRESSION, start.min(at), at + 1, error.message);
-                self.faults.push(fault);
+                let byte = self.line.get(at as usize).copied().unwrap_or_default();
+                self.faults.push(match stray::operator_help(byte) {
+                    Some(help) => fault.help(help),
+                    None => fault,
+                });
                 None
             }
         }
@@ -214,6 +224,14 @@ impl<'a> Parsing<'a> {
         self.statement(label, control, start)
     }
 
+    /// Reports a label that is no whole number.
+    fn is_label(&mut self, word: &Word) {
+        if word.value.fract() != 0.0 || word.value < 0.0 {
+            let message = format!("{word}: a label is a whole number, or a name in < >");
+            self.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+        }
+    }
+
     fn broken_statement<T>(&mut self) -> Option<T> {
         self.block.extras().is_broken = true;
         None
@@ -276,8 +294,11 @@ impl<'a> Parsing<'a> {
 
     /// Reports a letter that no number follows.
     fn no_number(&mut self, letter: u8, start: u32, error: SyntaxError) -> Option<()> {
-        if self.looks_alike(start) {
+        if self.looks_alike(start) || self.has_letter(start) {
             return Some(());
+        }
+        if let [b',', b'0'..=b'9', ..] = self.rest {
+            return self.stray(b',');
         }
         let letter = char::from(letter);
         let after_blanks = self.rest.iter().position(|byte| !is_blank(*byte));
@@ -292,10 +313,12 @@ impl<'a> Parsing<'a> {
             (_, Some(b'-' | b'+' | b'.' | b'0'..=b'9')) => {
                 let message = format!("{letter} is followed by something that is no number");
                 Fault::new(&rules::BAD_NUMBER, start, end + 1, message)
+                    .help("one sign at most, digits, one point at most")
             }
             _ => {
                 let message = format!("{letter} is not followed by a number");
-                self.faults.push(Fault::new(&rules::MISSING_NUMBER, start, end, message));
+                let fault = Fault::new(&rules::MISSING_NUMBER, start, end, message);
+                self.faults.push(fault.help("write it, as X10; a remark stands in ( ) or after ;"));
                 return Some(());
             }
         };
@@ -375,6 +398,15 @@ impl<'a> Parsing<'a> {
         }
     }
 
+    /// Reports a letter that stands for a digit, in a word that begins at byte `start`.
+    fn has_letter(&mut self, start: u32) -> bool {
+        let found = stray::letter_for_digit(self.line, start as usize, self.at() as usize);
+        let Some((fault, length)) = found else { return false };
+        self.faults.push(fault);
+        self.step(length);
+        true
+    }
+
     /// Reports a character that stands for another, in a word that begins at byte `start`.
     fn looks_alike(&mut self, start: u32) -> bool {
         let found = stray::look_alike_fault(self.line, start as usize, self.at() as usize);
@@ -400,27 +432,12 @@ impl<'a> Parsing<'a> {
         if self.looks_alike(at) {
             return Some(());
         }
-        self.faults.push(stray::fault(self.line, at as usize, self.words_end));
-        None
-    }
-}
-
-/// Reports what stands beside a statement: nothing may, but a line number, and behind THEN what
-/// is set.
-fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
-    let Some(statement) = block.statement() else { return };
-    let word = block.first_of(!letter_bit(b'N')).map(|word| (word.start, word.end));
-    let set = block.assignments().first().map(|set| (set.start, set.end));
-    let is_then = matches!(statement.control, Control::Then(_));
-    let call = block.call.map(|call| (call.start, call.end));
-    if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
-        let message = "this stands beside a statement of control flow";
-        let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
-        faults.push(fault.help("put it into a block of its own"));
-    } else if is_then && set.is_none() {
-        let message = "THEN is not followed by a parameter that it sets";
-        let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);
-        faults.push(fault.help("write IF [#1 EQ 2] THEN #3 = 4"));
+        let fault = stray::fault(self.line, at as usize, self.words_end);
+        let length = (fault.end - at) as usize;
+        let goes_on = fault.rule == &rules::BAD_NUMBER;
+        self.faults.push(fault);
+        self.step(length);
+        goes_on.then_some(())
     }
 }
 
@@ -513,7 +530,7 @@ mod tests {
         check("G1 \u{0}", "", &["not-text"]);
         check("!? X Y \u{7f}", "", &["not-text"]);
         check("(\u{1})", "", &["not-text"]);
-        check("1 2", "", &["bad-number"]);
+        check("1 2", "", &["bad-number", "bad-number"]);
         check("G1 / X1", "G1", &["bad-character"]);
     }
 

@@ -112,8 +112,8 @@ pub(super) fn look_alike_fault(line: &[u8], from: usize, at: usize) -> Option<(F
     }
     let LookAlike { name, meant: plain, .. } = first;
     let message = match plain {
-        ' ' => format!("a {name} stands here for a plain blank"),
-        _ => format!("a {name} stands here for {plain}"),
+        ' ' => format!("{name} in place of a plain blank"),
+        _ => format!("{name} in place of {plain}"),
     };
     let fault = Fault::new(&rules::LOOK_ALIKE, from as u32, end as u32, message);
     let fault = match meant.trim() {
@@ -123,11 +123,85 @@ pub(super) fn look_alike_fault(line: &[u8], from: usize, at: usize) -> Option<(F
     Some((fault, end - at))
 }
 
+/// A fault of a word that begins at byte `from` and goes on at byte `at` with the letter O where 0
+/// is meant (`GO`, `X1O5`), or with l for 1; and how many bytes it spoils.
+pub(super) fn letter_for_digit(line: &[u8], from: usize, at: usize) -> Option<(Fault, usize)> {
+    let rest = line.get(at..)?;
+    let is_upper = line.get(from)?.is_ascii_uppercase();
+    let is_first = at == from + 1;
+    if from > 0 && line[from - 1].is_ascii_alphabetic() {
+        return None;
+    }
+    match rest.first()? {
+        b'O' | b'o' => {}
+        b'l' if is_first && is_upper => {}
+        _ => return None,
+    }
+    let end = rest.iter().take_while(|byte| b"0123456789.+-Ool".contains(byte)).count();
+    // A program number may follow a line number; words and keywords have letters behind the O.
+    let follows = rest.get(end..end + 2).unwrap_or_default();
+    let is_program = line[from].eq_ignore_ascii_case(&b'N') && end > 1;
+    if is_program || matches!(follows, [a, b] if a.is_ascii_alphabetic() && b.is_ascii_alphabetic())
+    {
+        return None;
+    }
+    let text = String::from_utf8_lossy(line.get(from..at + end)?);
+    let (letter, number) = text.split_at_checked(1)?;
+    let meant = letter.to_ascii_uppercase() + &number.replace(['O', 'o'], "0").replace('l', "1");
+    let fault =
+        Fault::new(&rules::LOOK_ALIKE, from as u32, (at + end) as u32, "a letter in a number");
+    Some((fault.help(format!("write {meant}")), end))
+}
+
+/// What to write instead of a sign of other languages in an expression.
+pub(super) fn operator_help(byte: u8) -> Option<&'static str> {
+    match byte {
+        b'(' => Some("( begins a comment: write [ and ], as SIN[30]"),
+        b'=' => Some("a comparison is EQ, as [#1 EQ 2]"),
+        b'<' => Some("a comparison is LT or LE, as [#1 LT 2]"),
+        b'>' => Some("a comparison is GT or GE, as [#1 GT 2]"),
+        b'!' => Some("a comparison is NE, as [#1 NE 2]"),
+        b'^' => Some("a power is **, as [2 ** 3]"),
+        b'&' => Some("write AND"),
+        b'|' => Some("write OR"),
+        b'%' => Some("a remainder is MOD, as [7 MOD 3]"),
+        _ => None,
+    }
+}
+
+/// Makes one fault of letters without numbers that follow each other at once, from the given fault
+/// on: they are a text.
+pub(super) fn join_texts(line: &[u8], faults: &mut Vec<Fault>, first: usize) {
+    let mut joined: Vec<Fault> = Vec::new();
+    for fault in faults.drain(first..) {
+        let is_letter = |fault: &Fault| fault.rule == &rules::MISSING_NUMBER;
+        match joined.last_mut().filter(|last| is_letter(last) && last.end == fault.start) {
+            Some(last) if is_letter(&fault) => last.end = fault.end,
+            _ => joined.push(fault),
+        }
+    }
+    for fault in joined.iter_mut().filter(|fault| fault.end - fault.start > 1) {
+        let text = line.get(fault.start as usize..fault.end as usize).unwrap_or_default();
+        let text = String::from_utf8_lossy(text);
+        if fault.rule != &rules::MISSING_NUMBER {
+            continue;
+        }
+        let is_unit = ["MM", "IN", "CM", "DEG"].contains(&text.to_ascii_uppercase().as_str());
+        fault.message = format!("{text} are letters without numbers");
+        fault.help = Some(if is_unit {
+            "leave the unit out: G21 says millimetres, G20 inches".to_owned()
+        } else {
+            "a remark stands in ( ) or after ;".to_owned()
+        });
+    }
+    faults.append(&mut joined);
+}
+
 /// A fault of a text that begins with a comma, and how many bytes it spoils.
 pub(super) fn comma(line: &[u8], at: usize) -> (Fault, usize) {
     let (before, after) = (&line[..at], &line[at + 1..]);
     let digits = after.iter().take_while(|byte| byte.is_ascii_digit()).count();
-    let is_in_number = before.last().is_some_and(u8::is_ascii_digit) && digits > 0;
+    let is_in_number = before.last().is_some_and(u8::is_ascii_alphanumeric) && digits > 0;
     if is_in_number {
         return decimal_comma(line, at, digits);
     }
@@ -146,13 +220,12 @@ pub(super) fn comma(line: &[u8], at: usize) -> (Fault, usize) {
         let fault = Fault::new(&rules::UNSUPPORTED_WORD, at as u32, end as u32, message);
         return (fault.help("let the CAM program put out lines and arcs"), end - at);
     }
-    let fault = Fault::new(
-        &rules::BAD_CHARACTER,
-        at as u32,
-        at as u32 + 1,
-        "a comma is no part of any word",
-    );
-    (fault.help("leave it out: words and arguments stand one after the other"), 1)
+    let message = "a comma is no part of any word";
+    let fault = Fault::new(&rules::BAD_CHARACTER, at as u32, at as u32 + 1, message);
+    // Arguments behind it would be taken for a fault of their own.
+    let is_argument = after.trim_ascii_start().first() == Some(&b'[');
+    let length = if is_argument { line.len() - at } else { 1 };
+    (fault.help("leave it out: words and arguments stand one after the other"), length)
 }
 
 /// `X1,5`: marks the word, with its letter and its sign.
@@ -167,17 +240,18 @@ fn decimal_comma(line: &[u8], at: usize, digits: usize) -> (Fault, usize) {
     let end = at + 1 + digits;
     let text = |part: &[u8]| String::from_utf8_lossy(part).to_ascii_uppercase();
     let (before, after) = (text(&line[start..at]), text(&line[at + 1..end]));
-    let goes_on = line.get(end) == Some(&b'.');
-    let help = if goes_on {
-        format!("leave the comma out: {before}{after}")
-    } else if digits == 3 {
+    let rest = line[end..].iter().take_while(|byte| b"0123456789.,".contains(byte)).count();
+    let help = if rest > 0 {
+        let all = text(&line[start..end + rest]).replace(',', "");
+        format!("leave the comma out: {all}")
+    } else if digits == 3 && whole > 0 {
         format!("write {before}.{after}; or {before}{after}, if thousands were meant")
     } else {
         format!("write {before}.{after}")
     };
-    let rest = line[end..].iter().take_while(|byte| b"0123456789.,".contains(byte)).count();
+    let end = end + rest;
     let fault = Fault::new(&rules::DECIMAL_COMMA, start as u32, end as u32, "a comma in a number");
-    (fault.help(help), end + rest - at)
+    (fault.help(help), end - at)
 }
 
 /// A comment that holds another one, from its `(` at byte `start` on, and how many bytes of the
@@ -224,12 +298,18 @@ pub(super) fn fault(line: &[u8], at: usize, words_end: Option<u8>) -> Fault {
             "lines that begin with $ are commands of a sender, not of a program",
         )
         .help("leave the line out"),
+        b'0'..=b'9' if words_end == Some(b'*') => {
+            Fault::new(&rules::BAD_NUMBER, at, to_end, "a number behind the * that ends the block")
+                .help("what is to be multiplied stands in brackets, as X[2 * 3]")
+        }
         b'0'..=b'9' | b'.' | b'-' | b'+' => {
             let end = rest.iter().take_while(|byte| b"0123456789.+-".contains(byte));
             let end = at + end.count() as u32;
             Fault::new(&rules::BAD_NUMBER, at, end, "this number belongs to no letter")
                 .help("write one letter and one number a word, as X1.5")
         }
+        b'/' => Fault::new(&rules::BAD_CHARACTER, at, at + 1, "a / behind the block's beginning")
+            .help("it leaves out whole lines only; a quotient stands in brackets, as X[1 / 2]"),
         b')' => Fault::new(&rules::BAD_CHARACTER, at, at + 1, "a ) without a (")
             .help("a comment begins with ("),
         b'A'..=b'Z' | b'a'..=b'z' | b':' => {
@@ -241,9 +321,9 @@ pub(super) fn fault(line: &[u8], at: usize, words_end: Option<u8>) -> Fault {
             let count = rest.iter().take_while(|byte| **byte >= 0x80).count().max(1);
             let bytes = &rest[..count];
             let shown = String::from_utf8_lossy(bytes);
-            let message = format!("{shown:?} belongs to no word");
+            let message = format!("{shown} belongs to no word");
             Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message)
-                .help("comments stand in ( ) or after ;")
+                .help(operator_help(byte).unwrap_or("comments stand in ( ) or after ;"))
         }
     }
 }

@@ -170,7 +170,10 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
             after_end_said = true;
             let message = "this and what follows stands after the program's end: it is not run";
             let fault = Fault::block(&rules::AFTER_END, &block, message);
-            run.engine.findings.add(fault.help("write M30 after it, or take it out"), place);
+            run.engine.findings.add(
+                fault.help("move the program's end (M2, M30 or %) behind it, or take it out"),
+                place,
+            );
         }
         if reported {
             faults.clear();

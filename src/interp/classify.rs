@@ -5,7 +5,7 @@ use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
-use super::words::{conflict, go_together, unknown, unsupported, unused};
+use super::words::{conflict, exponent, go_together, unknown, unsupported, unused};
 
 impl Executor<'_> {
     /// Finds the codes of a block and what is wrong with them by themselves.
@@ -19,14 +19,16 @@ impl Executor<'_> {
         let mut asked = Asked::default();
         let mut groups = 0_u32;
         for word in block.words() {
-            if !matches!(word.letter, b'G' | b'M') {
-                if word.letter == b'E' {
-                    let help = "numbers have no exponents: write all digits";
-                    let message = format!("{word} means nothing here");
-                    let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-                    faults.push(fault.help(help));
-                    asked.is_foreign = true;
-                }
+            if !matches!(word.letter, b'E' | b'G' | b'M') {
+                continue;
+            }
+            if faults.iter().any(|fault| fault.start <= word.start && word.end <= fault.end) {
+                asked.is_foreign = true;
+                continue;
+            }
+            if word.letter == b'E' {
+                faults.push(exponent(word, block));
+                asked.is_foreign = true;
                 continue;
             }
             let Some(code) = codes::find(word.letter, word.value) else {

@@ -52,6 +52,18 @@ pub(super) fn unknown(word: &Word) -> Fault {
     fault(message).help(format!("there is {}", listed(&names, "and")))
 }
 
+/// An E word: an exponent, or the extruder of a printer.
+pub(super) fn exponent(word: &Word, block: &Block) -> Fault {
+    let is_exponent = block.words().iter().any(|other| other.end == word.start);
+    let fault = |message: String| Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+    if is_exponent {
+        let help = "numbers have no exponents: write all digits";
+        return fault(format!("{word} stands in a number")).help(help);
+    }
+    fault(format!("{word} means nothing here; on 3D printers: how far the extruder moves"))
+        .help("let the CAM program write for a machine tool")
+}
+
 /// A word that no code of its block and no mode in force makes use of.
 pub(super) fn unused(word: &Word, mode: MotionMode) -> Fault {
     let in_force = match mode {
