@@ -57,8 +57,10 @@ fn prints_as_it_reads(line: &[u8]) {
     let (mut block, mut again, mut faults) = (Block::default(), Block::default(), Vec::new());
     parse(line, &mut block, &mut faults);
     let length = line.len().max(1) as u32;
-    for fault in faults.drain(..) {
+    for fault in &faults {
         assert!(fault.start < fault.end.max(1) && fault.start < length, "{fault:?}");
+    }
+    if !faults.is_empty() {
         return;
     }
     let printed = block.to_string();

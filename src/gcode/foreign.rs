@@ -40,7 +40,7 @@ pub fn find(letter: u8, number: f64) -> Option<&'static Foreign> {
         return None;
     }
     let tenths = tenths.round() as u16;
-    let is_whole = tenths % 10 == 0;
+    let is_whole = tenths.is_multiple_of(10);
     let is_it = |row: &&Foreign| {
         let (first, last) = row.tenths;
         row.letter == letter && (first..=last).contains(&tenths) && (first == last || is_whole)

@@ -2,7 +2,8 @@
 //! sign is wrong.
 //!
 //! Told once, at the first such block, with the count. Not told of: a way back to where the tool
-//! has cut before it was lifted (pecks that are written out), moves of cycles, G28, G30 and G53,
+//! has cut before it was lifted (pecks that are written out), ways that end above the deepest cut so
+//! far (to a level that is cleared), moves of cycles, G28, G30 and G53,
 //! rapids while a spindle that the program starts stands still, programs that cut nothing, and
 //! programs that never use Y (lathes, where Z runs along the work).
 
@@ -20,8 +21,9 @@ const ROUNDING_MM: f64 = 1e-6;
 pub(super) struct Plunges {
     spindle_turns: bool,
     starts_spindle: bool,
-    /// Where the last cut ended, in machine coordinates; none before the first.
-    cut_mm: Option<Point>,
+    /// Where the last cut ended, in machine coordinates, and how deep any has gone; none before the
+    /// first.
+    cut_mm: Option<(Point, f64)>,
     /// Those while the spindle stands still, and those while it turns.
     found: [Found; 2],
 }
@@ -41,7 +43,8 @@ impl Plunges {
 
     /// Takes a cut.
     pub fn cut(&mut self, step: &Move) {
-        self.cut_mm = Some(step.to);
+        let deepest_mm = self.cut_mm.map_or(f64::INFINITY, |(_, deepest_mm)| deepest_mm);
+        self.cut_mm = Some((step.to, deepest_mm.min(step.to[Axis::Z])));
     }
 
     /// Takes a rapid of a block with G0 in force; `ends_mm`: its ends in program coordinates.
@@ -58,11 +61,14 @@ impl Plunges {
         }
     }
 
-    /// Whether the tool comes back to where it has cut last, or stays above that.
+    /// Whether the tool comes back to where it has cut last, or stays above the deepest cut: at the
+    /// level of one, elsewhere, G1 is likely to be missing.
     fn is_cut(&self, to: &Point) -> bool {
-        self.cut_mm.is_some_and(|cut| {
+        self.cut_mm.is_some_and(|(cut, deepest_mm)| {
             let near = |axis: Axis| (to[axis] - cut[axis]).abs() < ROUNDING_MM;
-            near(Axis::X) && near(Axis::Y) && to[Axis::Z] > cut[Axis::Z] - ROUNDING_MM
+            let is_there = near(Axis::X) && near(Axis::Y);
+            to[Axis::Z] > deepest_mm + ROUNDING_MM
+                || (is_there && to[Axis::Z] > cut[Axis::Z] - ROUNDING_MM)
         })
     }
 
