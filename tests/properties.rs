@@ -35,7 +35,7 @@ fn part() -> impl Strategy<Value = Part> {
     let side = 300..1500_i32;
     let leaf = prop_oneof![
         proptest::array::uniform3(length()).prop_map(Part::Rapid),
-        (proptest::array::uniform3(length()), 1..9000_i32).prop_map(|(to, f)| Part::Line(to, f)),
+        (proptest::array::uniform3(length()), 100..9000_i32).prop_map(|(to, f)| Part::Line(to, f)),
         (0..3_usize, [length(), length()], 1..5_u8, length(), any::<bool>(), any::<bool>())
             .prop_filter("an arc has a radius", |arc| arc.1 != [0, 0])
             .prop_map(|(plane, center, quarters, across, ccw, by_r)| {
