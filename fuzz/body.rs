@@ -107,6 +107,10 @@ fn is_a_move(step: &Move, checked: &Checked) {
     assert!(is_finite(&step.from) && is_finite(&step.to), "{step:?}");
     let feed = match step.kind {
         MoveKind::Rapid => None,
+        MoveKind::Spline { feed_mm_min, ref curve } => {
+            assert!(curve.points().iter().all(is_finite), "{step:?}");
+            Some(feed_mm_min)
+        }
         MoveKind::Line { feed_mm_min } => Some(feed_mm_min),
         MoveKind::Arc { feed_mm_min, center_mm, .. } => {
             assert!(center_mm.iter().all(|value| value.is_finite()), "{step:?}");

@@ -370,20 +370,14 @@ fn no_motion_comes_out_of_a_program_with_an_error() {
 #[test]
 fn degrees_have_no_other_unit() {
     let found = moves("G20\nG1 X1 A90 F10\nA180\nG3 I1 A0\nM30", &ideal());
-    let feed = |step: &Move| match step.kind {
-        MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } => feed_mm_min,
-        MoveKind::Rapid => 0.0,
-    };
+    let feed = |step: &Move| step.kind.feed_mm_min().unwrap_or(0.0);
     assert_eq!(found.iter().map(|step| step.to[Axis::A]).collect::<Vec<_>>(), [90.0, 180.0, 0.0]);
     assert_eq!(found.iter().map(feed).collect::<Vec<_>>(), [254.0, 10.0, 254.0]);
 }
 
 #[test]
 fn a_feed_beside_a_change_of_units_is_in_the_units_before() {
-    let feed = |text: &str| match moves(text, &ideal())[0].kind {
-        MoveKind::Line { feed_mm_min } => feed_mm_min,
-        other => panic!("{other:?}"),
-    };
+    let feed = |text: &str| moves(text, &ideal())[0].kind.feed_mm_min().unwrap();
     assert_eq!(feed("G20 F10\nG1 X1\nM30"), 10.0);
     assert_eq!(feed("G20\nG1 X1 F10\nM30"), 254.0);
     assert_eq!(feed("G20\nG21 F10\nG1 X1\nM30"), 254.0);
@@ -452,8 +446,7 @@ proptest! {
             for axis in Axis::LINEAR {
                 prop_assert!((a.to[axis] - b.to[axis]).abs() < 1e-6);
             }
-            let (MoveKind::Line { feed_mm_min: a }, MoveKind::Line { feed_mm_min: b }) =
-                (a.kind, b.kind) else { panic!("not lines") };
+            let [a, b] = [a, b].map(|step| step.kind.feed_mm_min().unwrap());
             prop_assert!((a - b).abs() < 1e-9 * b);
         }
     }
@@ -517,7 +510,7 @@ proptest! {
     #[test]
     fn a_checked_program_runs(
         lines in proptest::collection::vec(
-            "(N[0-9]{1,3} )?(G(0|1|2|3|17|18|19|20|21|90|91|53|4|10|15|16|28|40|41|41.1|42|43|50|51|52|54|55|64|68|69|73|76|80|81|83|84|87|90.1|92|93|95|98|99) ?)?([XYZIJKRFPSTDHLQ]-?[0-9]{1,2}(\\.[0-9])? ?){0,4}|GR1|M[0-9]|O1|M99|%",
+            "(N[0-9]{1,3} )?(G(0|1|2|3|5|5.1|5.2|5.3|6.2|17|18|19|20|21|90|91|53|4|10|15|16|28|40|41|41.1|42|43|50|51|52|54|55|64|68|69|73|76|80|81|83|84|87|90.1|92|93|95|98|99) ?)?([XYZIJKRFPSTDHLQ]-?[0-9]{1,2}(\\.[0-9])? ?){0,4}|GR1|M[0-9]|O1|M99|%",
             0..20,
         ),
     ) {

@@ -252,7 +252,7 @@ fn close(a: f64, b: f64) -> bool {
 }
 
 fn same(a: &Move, b: &Move) -> bool {
-    let kinds = match (a.kind, b.kind) {
+    let kinds = match (a.kind.clone(), b.kind.clone()) {
         (MoveKind::Rapid, MoveKind::Rapid) => true,
         (MoveKind::Line { feed_mm_min: a }, MoveKind::Line { feed_mm_min: b }) => close(a, b),
         (

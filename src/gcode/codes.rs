@@ -72,6 +72,10 @@ pub enum Op {
     Line,
     ArcClockwise,
     ArcCounterClockwise,
+    Spline(SplineCode),
+    NurbsEnd,
+    /// Of no row: G5 P10000 and G5.1 Q1, which are no splines, and what ends them.
+    LookAhead,
     Cycle(Cycle),
     MotionOff,
     Stop,
@@ -117,6 +121,49 @@ impl Cycle {
             Cycle::DrillDeep | Cycle::DrillChipBreak => "KLPQR",
             Cycle::BoreFine => "IJLPQR",
             Cycle::BoreBack => "IJKLR",
+        })
+    }
+}
+
+/// The codes that make splines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SplineCode {
+    /// G5
+    Cubic,
+    /// G5.1
+    Quadratic,
+    /// G5.2, up to G5.3
+    Nurbs,
+    /// G6.2
+    NurbsByKnots,
+}
+
+impl SplineCode {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            SplineCode::Cubic => "G5",
+            SplineCode::Quadratic => "G5.1",
+            SplineCode::Nurbs => "G5.2",
+            SplineCode::NurbsByKnots => "G6.2",
+        }
+    }
+
+    /// Letters that it makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            SplineCode::Cubic => "IJPQ",
+            SplineCode::Quadratic => "IJ",
+            SplineCode::Nurbs => "LP",
+            SplineCode::NurbsByKnots => "KPR",
+        })
+    }
+
+    /// Letters of the axes that it moves.
+    pub const fn axes(self) -> u32 {
+        letter_set(match self {
+            SplineCode::NurbsByKnots => "XYZ",
+            SplineCode::Cubic | SplineCode::Quadratic | SplineCode::Nurbs => "XY",
         })
     }
 }
@@ -255,6 +302,7 @@ pub const FREE_LETTERS: u32 = letter_set("FGMNOST");
 const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'static str) -> Code {
     let words = match op {
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => ARC_LETTERS | letter_bit(b'P'),
+        Some(Op::Spline(code)) => code.words(),
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
@@ -295,11 +343,11 @@ pub static CODES: &[Code] = &[
     g(20, Group::Motion, Op::ArcClockwise, "moves in an arc or helix, clockwise"),
     g(30, Group::Motion, Op::ArcCounterClockwise, "moves in an arc or helix, counter-clockwise"),
     g(40, Group::NonModal, Op::Dwell, "waits for P seconds"),
-    no_g(50, Group::Motion, "cubic spline"),
-    no_g(51, Group::Motion, "quadratic spline"),
-    no_g(52, Group::Motion, "opens a NURBS block"),
-    no_g(53, Group::Motion, "closes a NURBS block"),
-    no_g(62, Group::Motion, "NURBS interpolation"),
+    g(50, Group::Motion, Op::Spline(SplineCode::Cubic), "moves along a cubic Bézier curve"),
+    g(51, Group::Motion, Op::Spline(SplineCode::Quadratic), "moves along a quadratic Bézier curve"),
+    g(52, Group::Motion, Op::Spline(SplineCode::Nurbs), "begins a NURBS: points and weights follow"),
+    g(53, Group::Motion, Op::NurbsEnd, "ends the NURBS of G5.2 and moves along it"),
+    g(62, Group::Motion, Op::Spline(SplineCode::NurbsByKnots), "moves along a NURBS of points, weights and knots"),
     g(70, Group::Diameter, Op::Diameter, "X words are diameters"),
     g(80, Group::Diameter, Op::Radius, "X words are radii"),
     g(90, Group::NonModal, Op::ExactStopOnce, "exact stop for one block"),

@@ -70,7 +70,7 @@ rules! {
     MISSING_WORD Error "missing-word" "A code lacks a word that it needs.";
     BAD_VALUE Error "bad-value" "A word has a value that it cannot have.";
     NO_MOTION_MODE Error "no-motion-mode" "Axis words where no motion code is in force.";
-    NO_FEED Error "no-feed" "G1, G2 or G3 where no feed has been given.";
+    NO_FEED Error "no-feed" "A straight move, an arc or a spline where no feed has been given.";
     NO_SPINDLE_SPEED Error "no-spindle-speed" "A feed a turn (G95) where the spindle's speed is not known.";
     SPINDLE_STOPPED Error "spindle-stopped" "A cycle that needs the spindle turning, where it does not turn, or turns the wrong way.";
     FEED_TOO_LOW Error "feed-too-low" "A movement would take longer than a day at its feed.";
@@ -91,6 +91,16 @@ rules! {
     ARC_RADIUS_DOUBTFUL Warning "arc-radius-doubtful" "The radii of an arc's ends differ more than rounding explains, within the machine's tolerance.";
     ARC_TOO_SMALL Error "arc-too-small" "The radius of an arc is zero, or too small to reach from its start to its end.";
     ARC_CLOSED Error "arc-closed" "A full circle is asked for by its radius, which leaves its centre open.";
+    SPLINE_MODE Error "spline-mode" "A spline stands where the modes in force leave no room for one.";
+    SPLINE_AXIS Error "spline-axis" "A spline has a word of an axis that it does not move.";
+    SPLINE_TANGENT Error "spline-tangent" "The first G5 of a row does not say in which direction it begins.";
+    NURBS_ORDER Error "nurbs-order" "The order of a NURBS is too low or too high.";
+    NURBS_POINTS Error "nurbs-points" "A NURBS has fewer points than its order, or too many.";
+    NURBS_WEIGHT Error "nurbs-weight" "The weight of a point of a NURBS is not above zero, or beyond all measure.";
+    NURBS_KNOTS Error "nurbs-knots" "The knots of a NURBS decrease, or make no curve from its first point to its last.";
+    NURBS_START Error "nurbs-start" "The first point of G6.2 is not where the machine stands.";
+    NURBS_OPEN Error "nurbs-open" "Something else stands in a NURBS, or the program ends in one.";
+    NURBS_UNOPENED Error "nurbs-unopened" "G5.3 ends a NURBS that G5.2 has not begun.";
     SPINDLE_SPEED Warning "spindle-speed" "A spindle speed beyond the machine's greatest.";
     RAPID_INTO_WORK Warning "rapid-into-work" "G0 goes down below Z0 of the work while the spindle turns.";
     FEED_UNITS Warning "feed-units" "A block sets the feed and changes the units, which controls take in different orders.";

@@ -5,6 +5,7 @@ use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
+use super::spline::{LOOK_AHEAD_LETTERS, is_look_ahead};
 use super::words::{conflict, exponent, go_together, unknown, unsupported, unused};
 
 impl Executor<'_> {
@@ -47,6 +48,7 @@ impl Executor<'_> {
             }
             groups |= bit;
             match code.op {
+                Some(op) if is_look_ahead(op, block) => self.codes.push((code, Op::LookAhead)),
                 Some(op) => self.codes.push((code, op)),
                 None => {
                     faults.push(unsupported(code, word));
@@ -110,12 +112,13 @@ impl Executor<'_> {
             return false;
         }
         let mut used = FREE_LETTERS | AXIS_LETTERS;
-        for (code, _) in &self.codes {
-            used |= code.words;
+        for (code, op) in &self.codes {
+            used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }
         match mode {
             MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
             MotionMode::Cycle(cycle) => used |= cycle.words(),
+            MotionMode::Spline(code) => used |= code.words(),
             MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {

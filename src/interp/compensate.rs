@@ -8,14 +8,24 @@ use super::execute::{Asked, Executor, MotionMode, Output, is_error};
 use super::words::whole;
 
 impl Executor<'_> {
+    /// G40 to G42.1.
+    pub(super) fn set_compensation(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
+        match op {
+            Op::Compensate { left, by_diameter } => {
+                self.compensation_on((left, by_diameter), block, out);
+            }
+            _ => self.compensation_off(block, out),
+        }
+    }
+
     /// G40. What the block has made before it is of the contour still.
-    pub(super) fn compensation_off(&mut self, block: &Block, out: &mut Output<'_>) {
+    fn compensation_off(&mut self, block: &Block, out: &mut Output<'_>) {
         self.compensate(block, out);
         self.end_compensation(block, out);
     }
 
     /// G41 to G42.1: left or right, the radius from a tool or from D itself.
-    pub(super) fn compensation_on(
+    fn compensation_on(
         &mut self,
         (is_left, by_diameter): (bool, bool),
         block: &Block,
@@ -100,6 +110,7 @@ impl Executor<'_> {
 
     /// The program is over: the machine stays where compensation has led it.
     pub(super) fn finish(&mut self, block: &Block, out: &mut Output<'_>) {
+        self.end_without_nurbs(block, out.faults);
         self.end_compensation(block, out);
         if let Some(stage) = self.compensation.take() {
             self.position_mm = stage.position_mm();

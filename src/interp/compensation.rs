@@ -97,13 +97,16 @@ impl Compensation {
         out: &mut Vec<Motion>,
         faults: &mut Vec<Fault>,
     ) -> bool {
-        let Motion::Move(step) = motion else {
-            self.hold(motion, block, out, faults);
-            return true;
+        let step = match motion {
+            Motion::Move(step) => step,
+            event => {
+                self.hold(event, block, out, faults);
+                return true;
+            }
         };
         let is_round = matches!(step.kind, MoveKind::Arc { .. });
         if !is_round && !self.leads_out && self.flat(&step.from) == self.flat(&step.to) {
-            self.hold(motion, block, out, faults);
+            self.hold(Motion::Move(step), block, out, faults);
             return true;
         }
         let other_plane = matches!(step.kind, MoveKind::Arc { plane, .. } if plane != self.plane);
@@ -253,14 +256,11 @@ impl Compensation {
         out: &mut Vec<Motion>,
     ) {
         let feed_of = |motion: Option<&Motion>| match motion {
-            Some(Motion::Move(Move {
-                kind: MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. },
-                ..
-            })) => Some(*feed_mm_min),
+            Some(Motion::Move(step)) => step.kind.feed_mm_min(),
             _ => None,
         };
         let before = out.iter().rev().find(|motion| matches!(motion, Motion::Move(_)));
-        let feed_mm_min = feed_of(Some(&Motion::Move(*next))).or(feed_of(before));
+        let feed_mm_min = next.kind.feed_mm_min().or(feed_of(before));
         let mut ways = Vec::new();
         match feed_mm_min {
             Some(feed_mm_min) => {
@@ -281,7 +281,7 @@ impl Compensation {
         for (end, kind) in ways {
             let mut to = self.at;
             [to[first], to[second]] = end;
-            out.push(Motion::Move(Move { from: self.at, to, kind, ..*next }));
+            out.push(Motion::Move(Move { from: self.at, to, kind, ..next.clone() }));
             self.at = to;
         }
     }

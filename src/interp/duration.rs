@@ -12,10 +12,7 @@ const MOVE_MIN_MAX: f64 = 24.0 * 60.0;
 
 /// What is wrong with a move that takes longer than a day.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
-    let feed_min = match step.kind {
-        MoveKind::Rapid => return None,
-        MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } => feed_mm_min,
-    };
+    let feed_min = step.kind.feed_mm_min()?;
     let (length, unit) = length_and_unit(step);
     let minutes = length / feed_min;
     // Of a move that goes nowhere it is no number.
@@ -38,9 +35,10 @@ pub(super) fn length(step: &Move) -> f64 {
 }
 
 fn length_and_unit(step: &Move) -> (f64, &'static str) {
-    match step.kind {
+    match &step.kind {
         MoveKind::Rapid | MoveKind::Line { .. } => line_length(step),
         MoveKind::Arc { .. } => (arc_length_mm(step), "mm"),
+        MoveKind::Spline { curve, .. } => (curve.length_mm(), "mm"),
     }
 }
 

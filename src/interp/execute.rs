@@ -6,7 +6,7 @@
 //! be open.
 
 use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
-use crate::gcode::codes::{Code, Cycle, Group, Op};
+use crate::gcode::codes::{Code, Cycle, Group, Op, SplineCode};
 use crate::gcode::{Block, Fault, rules};
 
 use super::Options;
@@ -17,6 +17,7 @@ use super::flow::Flow;
 use super::frames::Frames;
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
+use super::spline::SplineState;
 use super::tools::Tools;
 use super::words::{call_flow, leads_to};
 
@@ -31,6 +32,7 @@ pub(super) enum MotionMode {
         ccw: bool,
     },
     Cycle(Cycle),
+    Spline(SplineCode),
     /// A code that is not supported: its axis words are its own.
     Foreign,
 }
@@ -69,6 +71,7 @@ pub(super) struct Executor<'a> {
     /// A bit for each work coordinate system whose lack of a place has been said.
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
+    pub(super) spline: SplineState,
     pub(super) compensation: Option<Compensation>,
     /// How much motion there was before the block, or before its G40.
     pub(super) motion_first: usize,
@@ -149,6 +152,7 @@ impl<'a> Executor<'a> {
             references: [None; 2],
             systems_missed: 0,
             cycle: Held::default(),
+            spline: SplineState::default(),
             compensation: None,
             motion_first: 0,
             returns_to_r: false,
@@ -195,6 +199,7 @@ impl<'a> Executor<'a> {
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
         asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
+        asked.is_faulty |= self.breaks_nurbs(block, asked, out.faults);
         self.motion_first = out.motions.len();
         if !asked.is_faulty {
             asked.is_faulty = self.has_unused_words(block, asked, out.faults);
@@ -228,7 +233,7 @@ impl<'a> Executor<'a> {
         asked.axes_claimed |= claims_axes(op);
         match op {
             // Done with F; or nothing that this machine could be told.
-            Op::Inches | Op::Millimetres | Op::Override(_) => {}
+            Op::Inches | Op::Millimetres | Op::Override(_) | Op::LookAhead => {}
             Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
             Op::ToolChange
             | Op::SurfaceSpeed
@@ -239,10 +244,7 @@ impl<'a> Executor<'a> {
             | Op::MistOn
             | Op::FloodOn
             | Op::CoolantOff => self.switch(op, block, out),
-            Op::CompensationOff => self.compensation_off(block, out),
-            Op::Compensate { left, by_diameter } => {
-                self.compensation_on((left, by_diameter), block, out)
-            }
+            Op::CompensationOff | Op::Compensate { .. } => self.set_compensation(op, block, out),
             Op::Dwell => self.dwell(block, asked, out),
             Op::MachineCoordinates => asked.machine_coordinates = true,
             Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
@@ -283,8 +285,10 @@ impl<'a> Executor<'a> {
             | Op::Line
             | Op::ArcClockwise
             | Op::ArcCounterClockwise
+            | Op::Spline(_)
             | Op::Cycle(_)
             | Op::MotionOff => self.set_motion(op, asked),
+            Op::NurbsEnd => self.end_nurbs(block, asked, out),
             Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
             Op::End | Op::EndAndRewind => {
                 out.function(if op == Op::End { 2 } else { 30 });
@@ -428,7 +432,8 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::ArcClockwise => Some(MotionMode::Arc { ccw: false }),
         Op::ArcCounterClockwise => Some(MotionMode::Arc { ccw: true }),
         Op::Cycle(cycle) => Some(MotionMode::Cycle(cycle)),
-        Op::MotionOff => Some(MotionMode::None),
+        Op::Spline(code) => Some(MotionMode::Spline(code)),
+        Op::MotionOff | Op::NurbsEnd => Some(MotionMode::None),
         _ => None,
     }
 }

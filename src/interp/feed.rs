@@ -233,7 +233,10 @@ impl Executor<'_> {
         let Some(feed) = self.feed else { return };
         // Measured only where it is asked for: this runs for every move.
         let way = if self.feed_mode == FeedMode::InverseTime { length(step) } else { 0.0 };
-        if let MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } = &mut step.kind {
+        if let MoveKind::Line { feed_mm_min }
+        | MoveKind::Arc { feed_mm_min, .. }
+        | MoveKind::Spline { feed_mm_min, .. } = &mut step.kind
+        {
             let value = if turns_only { feed.deg } else { feed.mm };
             *feed_mm_min = match self.feed_mode {
                 FeedMode::PerMinute => value,

@@ -1,6 +1,8 @@
 //! Motion: what a program means, once units, offsets and modes have been resolved.
 
-use crate::base::{Event, Plane, Point};
+use std::sync::Arc;
+
+use crate::base::{Event, Plane, Point, Spline};
 
 /// One thing that a program makes happen, in program order.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +14,7 @@ pub enum Motion {
 }
 
 /// A movement from one position to another, in machine coordinates (mm, degrees on rotary axes).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Move {
     /// Physical line of the program, from 1.
     pub line: u32,
@@ -44,7 +46,7 @@ pub enum Corner {
 }
 
 /// The way of a movement.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum MoveKind {
     /// As fast as the machine can (G0).
     Rapid,
@@ -66,4 +68,23 @@ pub enum MoveKind {
         /// Full turns beyond the last partial one: 0 for a plain arc and a single full circle.
         turns: u32,
     },
+    /// A spline (G5, G5.1, G5.2, G6.2) in X, Y and Z.
+    Spline {
+        /// Speed along the path.
+        feed_mm_min: f64,
+        /// Its points, in machine coordinates; the first and the last are the ends of the move.
+        curve: Arc<Spline>,
+    },
+}
+
+impl MoveKind {
+    /// Speed along the path; none of a rapid.
+    pub fn feed_mm_min(&self) -> Option<f64> {
+        match self {
+            MoveKind::Rapid => None,
+            MoveKind::Line { feed_mm_min }
+            | MoveKind::Arc { feed_mm_min, .. }
+            | MoveKind::Spline { feed_mm_min, .. } => Some(*feed_mm_min),
+        }
+    }
 }

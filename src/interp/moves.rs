@@ -27,6 +27,10 @@ impl Executor<'_> {
             }
             return;
         }
+        if let MotionMode::Spline(code) = self.motion {
+            self.run_spline(code, block, asked, out);
+            return;
+        }
         let is_arc = matches!(self.motion, MotionMode::Arc { .. });
         let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
@@ -41,7 +45,7 @@ impl Executor<'_> {
         let is_whole = !asked.is_faulty && out.faults.len() == faults_before;
         let kind = match self.motion {
             _ if !is_whole => None,
-            MotionMode::Foreign | MotionMode::Cycle(_) => None,
+            MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Spline(_) => None,
             MotionMode::None => {
                 let message = format!("{first} moves an axis, but no motion code is in force");
                 let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);

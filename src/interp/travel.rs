@@ -97,6 +97,11 @@ impl Travel {
                 self.reach(axis, reach, block, place, open);
             }
         }
+        if let MoveKind::Spline { curve, .. } = &step.kind {
+            for (axis, reach) in Axis::LINEAR.into_iter().zip(curve.bounds_mm()) {
+                self.reach(axis, reach, block, place, open);
+            }
+        }
     }
 
     fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {

@@ -30,7 +30,7 @@ pub(super) fn conflict(rival: &Code, code: &Code, word: &Word) -> Fault {
 pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
     let message = format!("{} is not supported: {}", code.name(), code.meaning);
     let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-    fault.help(remedy(code))
+    fault.help("leave it out, or let the CAM program write for a control without it")
 }
 
 /// A G or M word that no code is; what it is on other controls, where that is known.
@@ -73,6 +73,7 @@ pub(super) fn unused(word: &Word, mode: MotionMode) -> Fault {
         MotionMode::Arc { ccw: false } => "G2".to_owned(),
         MotionMode::Arc { ccw: true } => "G3".to_owned(),
         MotionMode::Cycle(cycle) => format!("G{}", cycle as u8),
+        MotionMode::Spline(code) => code.name().to_owned(),
     };
     let message = format!("nothing in this block makes use of {word}: {in_force} is in force");
     let fault = Fault::word(&rules::UNUSED_WORD, word, message);
@@ -91,14 +92,6 @@ fn listed(names: &[String], last: &str) -> String {
         Some((end, [])) => end.clone(),
         Some((end, others)) => format!("{} {last} {end}", others.join(", ")),
         None => String::new(),
-    }
-}
-
-/// What to write instead of a code that is not supported.
-fn remedy(code: &Code) -> &'static str {
-    match (code.letter, code.tenths) {
-        (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
-        _ => "leave it out, or let the CAM program write for a control without it",
     }
 }
 

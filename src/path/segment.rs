@@ -8,6 +8,9 @@
 //!       |    ( ·center )        u = 0 at the start, 1 at the end
 //! ```
 
+use std::sync::Arc as Shared;
+
+use super::MeasuredSpline;
 use crate::base::axis::AXES;
 use crate::base::{Axis, AxisMap, Event, Plane, Point};
 use crate::interp::Corner;
@@ -21,7 +24,7 @@ pub enum PathItem {
     Event(Event),
 }
 
-/// A piece of the path: a line, arc or helix from one position to another.
+/// A piece of the path: a line, arc, helix or spline from one position to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     /// Line of the NC program, from 1.
@@ -39,12 +42,14 @@ pub struct Segment {
 }
 
 /// The shape of a segment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Curve {
     /// Straight in all axes.
     Line,
     /// Circular in a plane, linear in all other axes.
     Arc(Arc),
+    /// A spline in X, Y and Z; all other axes rest.
+    Spline(Shared<MeasuredSpline>),
 }
 
 /// The circular part of an arc or helix.
@@ -70,10 +75,11 @@ pub struct AxisRate {
     /// Greatest speed, in mm/s for each mm/s along the path: max |dx/ds|.
     pub speed: f64,
     /// Speed amplitude on the whole circle, of which the arc may hold only a part; on a line the
-    /// same as `speed`.
+    /// and on a spline the same as `speed`.
     pub speed_amplitude: f64,
     /// Amplitude of the acceleration across the path, in mm/s² for each (mm/s)² along it:
-    /// |d²x/ds²|. With the speed along the path it is a quarter turn out of phase.
+    /// |d²x/ds²|. With the speed along the path it is a quarter turn out of phase. On a spline 0:
+    /// see [`MeasuredSpline::turn_within`].
     pub bend_per_mm: f64,
 }
 
@@ -90,6 +96,9 @@ impl Segment {
             let along = change(arc.plane.normal());
             let inward = arc.radius_to_mm - arc.radius_from_mm;
             return (arc.turn_mm().powi(2) + inward * inward + along * along).sqrt();
+        }
+        if let Curve::Spline(spline) = &self.curve {
+            return spline.length_mm();
         }
         [Axis::LINEAR, [Axis::U, Axis::V, Axis::W], [Axis::A, Axis::B, Axis::C]]
             .into_iter()
@@ -114,6 +123,10 @@ impl Segment {
             let [first, second] = arc.plane.axes();
             [point[first], point[second]] = arc.point_at(share);
         }
+        if let Curve::Spline(spline) = &self.curve {
+            let at = spline.point_at(share * spline.length_mm());
+            Axis::LINEAR.into_iter().zip(at).for_each(|(axis, at)| point[axis] = at);
+        }
         point
     }
 
@@ -122,6 +135,9 @@ impl Segment {
         let length_mm = self.length_mm();
         if length_mm <= 0.0 {
             return AxisMap::default();
+        }
+        if let Curve::Spline(spline) = &self.curve {
+            return spline.axis_rates();
         }
         let mut rates = AxisMap::from_fn(|axis| {
             let speed = (self.to_mm[axis] - self.from_mm[axis]).abs() / length_mm;

@@ -23,6 +23,9 @@ class Move:
     plane: str = ""
     turns: int = 0
     seconds: float = 0.0
+    # Control points of a spline. The reference prints no more of it: where it ends is told by the
+    # move that follows.
+    points: int = 0
     # How exactly the reference prints lengths here, in mm: four decimals in program units.
     digit_mm: float = 1e-4
 
@@ -33,6 +36,8 @@ class Move:
         if self.center:
             parts.append(f"{self.plane} centre {self.center[0]:.4f} {self.center[1]:.4f}")
             parts.append(f"turns {self.turns}")
+        if self.points:
+            parts.append(f"{self.points} points, feed {self.feed:.4f}")
         parts.append(f"feed {self.feed:.4f}" if self.to else f"{self.seconds} s")
         return ", ".join(parts)
 
@@ -58,7 +63,7 @@ class Canon:
         return tuple(v + o + t for v, o, t in zip((x, y, z), self.g5x, self.tool))
 
     def call(self, name, arguments):
-        numbers = [float(a) for a in arguments if re.fullmatch(r"[-+]?[\d.]+", a)]
+        numbers = [float(a) for a in arguments if re.fullmatch(r"[-+]?\d*\.?\d+", a)]
         mm = [value * self.scale for value in numbers]
         if name == "USE_LENGTH_UNITS":
             self.scale = 25.4 if "INCHES" in arguments[0] else 1.0
@@ -82,6 +87,8 @@ class Canon:
             self.add("line", mm[0:3], feed=self.feed)
         elif name == "ARC_FEED":
             self.arc(numbers, mm)
+        elif name == "NURBS_FEED":
+            self.moves.append(Move("spline", points=int(numbers[0]), feed=self.feed))
 
     def arc(self, numbers, mm):
         first, second, across = ARC_AXES[self.plane]
@@ -132,6 +139,8 @@ def ours(text):
             move.plane = item["plane"]
             move.center = tuple(item["center"][axis] for axis in item["plane"])
             move.turns = item["turns"]
+        if item["type"] == "spline":
+            move.to, move.points = (), len(item["points"])
         moves.append(move)
     return moves
 
@@ -153,7 +162,7 @@ def same(a, b):
     close_mm = 4.0 * max(a.digit_mm, 1e-4)
     points = a.to + a.center, b.to + b.center
     return (
-        (a.kind, a.plane, a.turns) == (b.kind, b.plane, b.turns)
+        (a.kind, a.plane, a.turns, a.points) == (b.kind, b.plane, b.turns, b.points)
         and len(points[0]) == len(points[1])
         and all(abs(x - y) <= close_mm for x, y in zip(*points))
         and abs(a.seconds - b.seconds) <= 1e-4

@@ -1,5 +1,6 @@
 """Random valid NC programs: lines, arcs and helices in all planes, units, distance modes, feeds,
-dwells, coordinate systems and offsets, drilling cycles, compensated outlines. The same seed gives the same program."""
+dwells, coordinate systems and offsets, drilling cycles, compensated outlines, splines. The same
+seed gives the same program."""
 
 import math
 import random
@@ -158,6 +159,38 @@ class Writer:
         self.lines.append("G40")
         self.place()
 
+    def spline(self):
+        """Splines in XY, and a line behind, which tells where they end."""
+        self.lines.append("G17")
+        self.plane = "G17"
+
+        def end():
+            return {axis: round(self.at[axis] + self.number(5.0), 3) for axis in "XY"}
+
+        def ways(letters):
+            return " ".join(f"{letter}{self.number(3.0):.3f}" for letter in letters)
+
+        kind = self.random.choice(["G5", "G5.1", "G5.2"])
+        if kind == "G5":
+            self.go("G5", end(), ways("IJPQ"))
+            for _ in range(self.random.randint(0, 2)):
+                self.go("G5", end(), ways("PQ"))
+        elif kind == "G5.1":
+            self.go("G5.1", end(), ways("IJ"))
+        else:
+            order = self.random.choice([3, 3, 4, 5])
+            count = order + self.random.randint(0, 3)
+            opening = self.random.choice(["", "P2 ", "P0.5 "])
+            self.lines.append(f"G5.2 {opening}L{order}")
+            # Under G91 the words of all points are distances from where the curve begins.
+            for _ in range(count - 1):
+                last = end()
+                words = " ".join(self.word(axis, target) for axis, target in last.items())
+                self.lines.append(f"{words} P{self.random.randint(2, 30) / 10}")
+            self.lines.append("G5.3")
+            self.at.update(last)
+        self.go("G1", {axis: round(self.at[axis] + 1.0, 3) for axis in "XYZ"})
+
     def modes(self):
         choice = self.random.randrange(4)
         if choice == 0:
@@ -179,7 +212,7 @@ def generate(seed):
     writer.lines += [f"{unit} G17 G90 G94", f"F{writer.random.randint(50, 500)}"]
     for _ in range(writer.random.randint(5, 60)):
         plain = [writer.straight, writer.arc, writer.arc, writer.modes]
-        rare = [writer.offset, writer.cycle, writer.inverse_time, writer.outline]
+        rare = [writer.offset, writer.cycle, writer.inverse_time, writer.outline, writer.spline]
         writer.random.choice(plain * 3 + rare)()
     writer.lines.append(writer.random.choice(["M2", "M30"]))
     return "\n".join(writer.lines) + "\n"

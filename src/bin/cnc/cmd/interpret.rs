@@ -3,7 +3,9 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Point, Severity, Source};
+use cnc::base::{
+    Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Point, Severity, Source, Spline,
+};
 use cnc::gcode::rules;
 use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
 
@@ -178,6 +180,7 @@ impl<W: Write> Listing<W> {
             MoveKind::Line { .. } => "line",
             MoveKind::Arc { ccw: true, .. } => "arc ccw",
             MoveKind::Arc { ccw: false, .. } => "arc cw",
+            MoveKind::Spline { .. } => "spline",
         };
         write!(text, "{:>7} ", step.line)?;
         match step.n {
@@ -188,19 +191,20 @@ impl<W: Write> Listing<W> {
         for axis in &self.axes {
             write!(text, " {:>10.3}", step.to[*axis])?;
         }
-        match step.kind {
-            MoveKind::Rapid => {}
-            MoveKind::Line { feed_mm_min } => write!(text, " {feed_mm_min:>8.1}")?,
-            MoveKind::Arc { feed_mm_min, plane, center_mm: [first, second], turns, .. } => {
-                let [a, b] = plane.axes();
-                write!(
-                    text,
-                    " {feed_mm_min:>8.1}  {} centre {a}{first:.3} {b}{second:.3}",
-                    plane.name()
-                )?;
-                if turns > 0 {
+        if let Some(feed_mm_min) = step.kind.feed_mm_min() {
+            write!(text, " {feed_mm_min:>8.1}")?;
+        }
+        match &step.kind {
+            MoveKind::Rapid | MoveKind::Line { .. } => {}
+            MoveKind::Arc { plane, center_mm: [first, second], turns, .. } => {
+                let ([a, b], name) = (plane.axes(), plane.name());
+                write!(text, "  {name} centre {a}{first:.3} {b}{second:.3}")?;
+                if *turns > 0 {
                     write!(text, " and {turns} full turns")?;
                 }
+            }
+            MoveKind::Spline { curve, .. } => {
+                write!(text, "  degree {}, {} points", curve.degree(), curve.points().len())?;
             }
         }
         text.push(b'\n');
@@ -213,6 +217,7 @@ impl<W: Write> Listing<W> {
             MoveKind::Rapid => b"{\"type\":\"rapid\",\"line\":".as_slice(),
             MoveKind::Line { .. } => b"{\"type\":\"line\",\"line\":",
             MoveKind::Arc { .. } => b"{\"type\":\"arc\",\"line\":",
+            MoveKind::Spline { .. } => b"{\"type\":\"spline\",\"line\":",
         });
         integer(text, step.line);
         if let Some(n) = step.n {
@@ -223,9 +228,12 @@ impl<W: Write> Listing<W> {
         json_point(text, axes, &step.from);
         text.extend_from_slice(b",\"to\":");
         json_point(text, axes, &step.to);
-        if let MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } = step.kind {
+        if let Some(feed_mm_min) = step.kind.feed_mm_min() {
             text.extend_from_slice(b",\"feed\":");
             number(text, feed_mm_min);
+        }
+        if let MoveKind::Spline { curve, .. } = &step.kind {
+            json_spline(text, axes, curve);
         }
         if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
             text.extend_from_slice(b",\"plane\":\"");
@@ -251,6 +259,30 @@ fn json_point(text: &mut Vec<u8>, axes: &[Axis], point: &Point) {
         separator = b',';
     }
     text.push(b'}');
+}
+
+/// Points; of what is no Bézier curve, which these alone would tell, weights and knots too.
+fn json_spline(text: &mut Vec<u8>, axes: &[Axis], curve: &Spline) {
+    json_list(text, "points", curve.points(), |text, point| json_point(text, axes, point));
+    if !curve.is_bezier() {
+        json_list(text, "weights", curve.weights(), |text, weight| number(text, *weight));
+        json_list(text, "knots", curve.knots(), |text, knot| number(text, *knot));
+    }
+    text.extend_from_slice(b",\"degree\":");
+    text.extend_from_slice(itoa::Buffer::new().format(curve.degree()).as_bytes());
+}
+
+fn json_list<T>(text: &mut Vec<u8>, name: &str, items: &[T], write: impl Fn(&mut Vec<u8>, &T)) {
+    text.extend_from_slice(b",\"");
+    text.extend_from_slice(name.as_bytes());
+    text.extend_from_slice(b"\":");
+    let mut separator = b'[';
+    for item in items {
+        text.push(separator);
+        write(text, item);
+        separator = b',';
+    }
+    text.push(b']');
 }
 
 fn json_event(text: &mut Vec<u8>, event: &Event) {
