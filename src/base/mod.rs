@@ -12,7 +12,7 @@ pub mod source;
 pub mod spline;
 
 pub use axis::{Axis, AxisMap, AxisSet, Point};
-pub use command::{Command, Event, EventKind, Tick};
+pub use command::{Command, Event, EventKind, EventWords, Tick};
 pub use diagnostic::{Diagnostic, Severity, Span};
 pub use machine::Machine;
 pub use plane::Plane;

@@ -18,6 +18,8 @@ pub enum Op {
     SpindleClockwise,
     SpindleCounterClockwise,
     SpindleStop,
+    Function(Function),
+    Modes(Modes),
     SurfaceSpeed,
     SpindleSpeedConstant,
     MistOn,
@@ -86,6 +88,44 @@ pub enum Op {
     Return,
     Call,
     MacroCall,
+}
+
+/// M functions that only say something to the machine.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Function {
+    /// M61
+    SetTool,
+    /// M62 to M65.
+    DigitalOutput(u8),
+    /// M67 and M68.
+    AnalogOutput(u8),
+    SpindleOrient,
+    /// M100 to M199.
+    User,
+}
+
+impl Function {
+    /// Letters that the function makes use of.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Function::SetTool => "Q",
+            Function::DigitalOutput(_) => "P",
+            Function::AnalogOutput(_) => "EQ",
+            Function::SpindleOrient => "PQR",
+            Function::User => "PQ",
+        })
+    }
+}
+
+/// M70 to M73.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modes {
+    Save,
+    Forget,
+    Restore,
+    SaveForCall,
 }
 
 /// The canned cycles, by their G numbers.
@@ -181,10 +221,13 @@ pub enum Group {
     Units,
     FeedMode,
     SpindleMode,
+    Output,
     ToolChange,
     Spindle,
+    ModalState,
     Coolant,
     Override,
+    UserFunction,
     Plane,
     Compensation,
     LengthOffset,
@@ -209,10 +252,13 @@ impl Group {
             Group::Units => "units",
             Group::FeedMode => "feed mode",
             Group::SpindleMode => "spindle speed mode",
+            Group::Output => "output",
             Group::ToolChange => "tool change",
             Group::Spindle => "spindle",
+            Group::ModalState => "modal state",
             Group::Coolant => "coolant",
             Group::Override => "override",
+            Group::UserFunction => "user's function",
             Group::NonModal => "non-modal",
             Group::Plane => "plane",
             Group::Compensation => "cutter compensation",
@@ -246,10 +292,13 @@ impl Group {
             Group::Units
             | Group::FeedMode
             | Group::SpindleMode
+            | Group::Output
             | Group::ToolChange
             | Group::Spindle
+            | Group::ModalState
             | Group::Coolant
             | Group::Override
+            | Group::UserFunction
             | Group::Plane
             | Group::Compensation
             | Group::PathControl
@@ -288,6 +337,9 @@ impl Code {
     /// As it is written: `G61.1`.
     pub fn name(&self) -> String {
         let (letter, whole, tenth) = (char::from(self.letter), self.tenths / 10, self.tenths % 10);
+        if self.op == Some(Op::Function(Function::User)) {
+            return format!("{letter}{whole} to {letter}{}", USER_LAST / 10);
+        }
         if tenth == 0 { format!("{letter}{whole}") } else { format!("{letter}{whole}.{tenth}") }
     }
 }
@@ -297,7 +349,13 @@ pub const AXIS_LETTERS: u32 = letter_set("XYZABCUVW");
 /// Letters that give an arc its centre or radius.
 pub const ARC_LETTERS: u32 = letter_set("IJKR");
 /// Letters that need no code to make use of them.
-pub const FREE_LETTERS: u32 = letter_set("FGMNOST");
+pub const FREE_LETTERS: u32 = letter_set("FGMNOST$");
+/// Letters of LinuxCNC's polar coordinates: the radius and the angle.
+pub const POLAR_LETTERS: u32 = letter_set("@^");
+
+/// Ten times the numbers of the first and the last user's function.
+const USER_FIRST: u16 = 1000;
+const USER_LAST: u16 = 1990;
 
 const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'static str) -> Code {
     let words = match op {
@@ -306,12 +364,13 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
-        Some(Op::SetOffsets) => letter_set("LPR"),
+        Some(Op::SetOffsets) => letter_set("IJLPQR"),
         Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
         Some(Op::Call) => letter_set("PL"),
+        Some(Op::Function(function)) => function.words(),
         Some(_) | None => 0,
     };
     Code { letter, tenths, group, op, words, meaning }
@@ -328,11 +387,6 @@ const fn m(number: u16, group: Group, op: Op, meaning: &'static str) -> Code {
 /// A G code that is known and not supported.
 const fn no_g(tenths: u16, group: Group, meaning: &'static str) -> Code {
     row(b'G', tenths, group, None, meaning)
-}
-
-/// An M code that is known and not supported.
-const fn no_m(number: u16, group: Group, meaning: &'static str) -> Code {
-    row(b'M', number * 10, group, None, meaning)
 }
 
 /// The table.
@@ -436,7 +490,7 @@ pub static CODES: &[Code] = &[
     m(7, Group::Coolant, Op::MistOn, "mist coolant on"),
     m(8, Group::Coolant, Op::FloodOn, "flood coolant on"),
     m(9, Group::Coolant, Op::CoolantOff, "coolant off"),
-    no_m(19, Group::Spindle, "orients the spindle"),
+    m(19, Group::Spindle, Op::Function(Function::SpindleOrient), "orients the spindle to R degrees"),
     m(30, Group::Stop, Op::EndAndRewind, "ends the program and goes back to its beginning"),
     m(48, Group::Override, Op::Override(48), "overrides are allowed"),
     m(49, Group::Override, Op::Override(49), "overrides are off"),
@@ -445,13 +499,25 @@ pub static CODES: &[Code] = &[
     m(52, Group::Override, Op::Override(52), "adaptive feed control"),
     m(53, Group::Override, Op::Override(53), "feed hold control"),
     m(60, Group::Stop, Op::PalletStop, "stops for a change of pallets"),
+    m(61, Group::ToolChange, Op::Function(Function::SetTool), "tool Q is in the spindle, without a change"),
+    m(62, Group::Output, Op::Function(Function::DigitalOutput(62)), "output P on, in time with motion"),
+    m(63, Group::Output, Op::Function(Function::DigitalOutput(63)), "output P off, in time with motion"),
+    m(64, Group::Output, Op::Function(Function::DigitalOutput(64)), "output P on"),
+    m(65, Group::Output, Op::Function(Function::DigitalOutput(65)), "output P off"),
+    m(67, Group::Output, Op::Function(Function::AnalogOutput(67)), "analog output E at Q, in time with motion"),
+    m(68, Group::Output, Op::Function(Function::AnalogOutput(68)), "analog output E at Q"),
+    m(70, Group::ModalState, Op::Modes(Modes::Save), "saves the modes in force"),
+    m(71, Group::ModalState, Op::Modes(Modes::Forget), "forgets the modes saved"),
+    m(72, Group::ModalState, Op::Modes(Modes::Restore), "restores the modes saved"),
+    m(73, Group::ModalState, Op::Modes(Modes::SaveForCall), "saves the modes in force until the subprogram ends"),
     m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
+    m(100, Group::UserFunction, Op::Function(Function::User), "user's functions, with P and Q"),
 ];
 
 /// Rows of the table by ten times the code's number, counted from 1; 0 where there is none.
-const fn index(letter: u8) -> [u8; 1000] {
-    let mut rows = [0; 1000];
+const fn index(letter: u8) -> [u8; 1001] {
+    let mut rows = [0; 1001];
     let mut i = 0;
     while i < CODES_COUNT {
         if CODES[i].letter == letter {
@@ -463,8 +529,8 @@ const fn index(letter: u8) -> [u8; 1000] {
 }
 
 const CODES_COUNT: usize = CODES.len();
-static G_ROWS: [u8; 1000] = index(b'G');
-static M_ROWS: [u8; 1000] = index(b'M');
+static G_ROWS: [u8; 1001] = index(b'G');
+static M_ROWS: [u8; 1001] = index(b'M');
 
 /// The row of a G or M word, if there is one.
 pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
@@ -475,6 +541,8 @@ pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
     if (exact - tenths as f64).abs() > 1e-6 {
         return None;
     }
+    let is_user = letter == b'M' && (USER_FIRST as usize..=USER_LAST as usize).contains(&tenths);
+    let tenths = if is_user && tenths.is_multiple_of(10) { USER_FIRST as usize } else { tenths };
     let rows = if letter == b'G' { &G_ROWS } else { &M_ROWS };
     CODES.get(usize::from(*rows.get(tenths)?).checked_sub(1)?)
 }
@@ -486,10 +554,12 @@ mod tests {
     #[test]
     fn every_code_is_found_by_its_number_and_stands_once() {
         for code in CODES {
-            let number = code.name()[1..].parse().unwrap();
+            let number = f64::from(code.tenths) / 10.0;
             assert!(std::ptr::eq(find(code.letter, number).unwrap(), code), "{}", code.name());
         }
-        for (letter, number) in [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'M', 100.0)] {
+        for (letter, number) in
+            [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'G', 100.0), (b'M', 199.5), (b'M', 200.0)]
+        {
             assert!(find(letter, number).is_none(), "{number}");
         }
     }

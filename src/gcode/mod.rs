@@ -17,7 +17,7 @@ mod parser;
 pub mod rules;
 mod stray;
 
-pub use block::{Block, Call, Message, MessageKind, Word, letter_bit};
+pub use block::{Block, Call, Message, MessageKind, Word, letter_bit, letter_set};
 pub use control::{Assignment, Control, Label, Statement};
 pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;

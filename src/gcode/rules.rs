@@ -60,6 +60,7 @@ rules! {
     BAD_NUMBER Error "bad-number" "A number that cannot be read, or that is too large.";
     REPEATED_WORD Error "repeated-word" "A letter that may stand once in a block stands there twice.";
     UNKNOWN_WORD Error "unknown-word" "A word that means nothing in any dialect known here.";
+    FOREIGN_WORD Warning "foreign-word" "A word that another control needs is left out (--lenient).";
     UNSUPPORTED_WORD Error "unsupported-word" "A word that means something elsewhere and is not supported here.";
     EXPRESSION Error "expression" "An expression or a statement of control flow that cannot be read.";
     ARITHMETIC Error "arithmetic" "An expression has no value: a division by zero, the root of a negative number and the like.";
@@ -75,6 +76,7 @@ rules! {
     SPINDLE_STOPPED Error "spindle-stopped" "A cycle that needs the spindle turning, where it does not turn, or turns the wrong way.";
     FEED_TOO_LOW Error "feed-too-low" "A movement would take longer than a day at its feed.";
     MISSING_AXIS Error "missing-axis" "A word moves an axis that the machine does not have.";
+    NOTHING_SAVED Error "nothing-saved" "M72 restores modes that nothing has saved, or that M71 has forgotten.";
     MACHINE_COORDINATES Error "machine-coordinates" "G53 stands in a block without a G0 or G1 movement.";
     AXIS_WORDS_TWICE Error "axis-words-twice" "Two codes of one block both make use of its axis words.";
     SYSTEM_UNSET Warning "system-unset" "A work coordinate system that nothing has placed: it is taken at the machine's work zero.";
@@ -119,6 +121,7 @@ rules! {
     ALARM Error "alarm" "The program raises an alarm by setting #3000.";
     OUTSIDE_FOLDER Error "outside-folder" "A subprogram's file lies outside of the program's folder and of those given by --include.";
     EMPTY_PROGRAM Error "empty-program" "The file holds no block.";
+    NEVER_CALLED Warning "never-called" "A subprogram that is never called has a fault.";
     MISSING_END Warning "missing-end" "The program's text ends without M2, M30 or a closing %.";
     AFTER_END Warning "after-end" "Blocks after the program's end, outside of any subprogram, are never executed.";
 }

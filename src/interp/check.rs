@@ -11,7 +11,7 @@ use super::Options;
 use super::findings::Place;
 use super::motion::Motion;
 use super::program::{Library, parse_line, program_number};
-use super::run::{End, Run};
+use super::run::{End, PassedOver, Run};
 use super::travel::Travel;
 
 /// What a program amounts to.
@@ -97,6 +97,13 @@ pub fn check(
         }
     }
     check_rest(&mut run)?;
+    for passed in std::mem::take(&mut run.passed_over) {
+        if !run.library.has_read(&passed.label) {
+            let PassedOver { line, text, faults, .. } = &passed;
+            let place = Place { line: *line, text, calls: &[], file: None };
+            run.engine.findings.take(&mut never_called(faults.clone()), place);
+        }
+    }
     if run.engine.blocks == 0 && run.engine.findings.errors == 0 {
         let place = Place { line: run.lines.number().max(1), text: b"", calls: &[], file: None };
         let fault = Fault::new(&rules::EMPTY_PROGRAM, 0, 1, "there is no block in this file");
@@ -135,6 +142,8 @@ pub fn check(
 /// faults too, and blocks outside of any are never run.
 fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
     let mut in_program = run.rest_in_program || matches!(run.end, End::NextProgram | End::GivenUp);
+    // What a run that was given up would have called is not known.
+    let ran_whole = run.end != End::GivenUp;
     // Faults of subprograms that were called have been reported when they were read.
     let has_read = |library: &Library, number| library.has_read(&Label::Number(number));
     let mut reported = (run.end == End::NextProgram || run.rest_in_program)
@@ -144,7 +153,7 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
     let mut faults = Vec::new();
     while run.end != End::NotText {
         let Some(line) = run.lines.next_line()? else { return Ok(()) };
-        parse_line(&line, &mut block, &mut faults, run.block_delete);
+        parse_line(&line, &mut block, &mut faults, run.text);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let is_blank = block.is_empty() && faults.is_empty();
         if run.end == End::Text {
@@ -166,21 +175,37 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
             if block.is_plain() {
                 run.engine.executor.check_codes(&block, &mut faults);
             }
-        } else if !is_blank && !block.percent && !after_end_said {
-            after_end_said = true;
-            let message = "this and what follows stands after the program's end: it is not run";
-            let fault = Fault::block(&rules::AFTER_END, &block, message);
-            run.engine.findings.add(
-                fault.help("move the program's end (M2, M30 or %) behind it, or take it out"),
-                place,
-            );
+        } else if run.end != End::NotText {
+            // Nobody reads it: it may be notes in plain words.
+            faults.clear();
+            if !is_blank && !block.percent && !after_end_said {
+                after_end_said = true;
+                let message = "this and what follows stands after the program's end: it is not run";
+                let fault = Fault::block(&rules::AFTER_END, &block, message);
+                run.engine.findings.add(
+                    fault.help("move the program's end (M2, M30 or %) behind it, or take it out"),
+                    place,
+                );
+            }
         }
         if reported {
             faults.clear();
         }
+        if ran_whole && in_program && run.end != End::NotText {
+            faults = never_called(faults);
+        }
         run.engine.findings.take(&mut faults, place);
     }
     Ok(())
+}
+
+/// Faults of text that never runs, as warnings: it may be for another control, or unfinished.
+fn never_called(faults: Vec<Fault>) -> Vec<Fault> {
+    let told = |fault: Fault| {
+        let message = format!("{}; this is never called", fault.message);
+        Fault { rule: &rules::NEVER_CALLED, message, ..fault }
+    };
+    faults.into_iter().map(told).collect()
 }
 
 fn sha256(source: &Source) -> io::Result<[u8; 32]> {

@@ -1,12 +1,14 @@
 //! Which codes a block holds, and whether they can stand together.
 
-use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op};
+use crate::gcode::codes::{
+    self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
+};
 use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
 use super::spline::{LOOK_AHEAD_LETTERS, is_look_ahead};
-use super::words::{conflict, exponent, go_together, unknown, unsupported, unused};
+use super::words::{conflict, exponent, go_together, is_told, unknown, unsupported, unused};
 
 impl Executor<'_> {
     /// Finds the codes of a block and what is wrong with them by themselves.
@@ -20,20 +22,13 @@ impl Executor<'_> {
         let mut asked = Asked::default();
         let mut groups = 0_u32;
         for word in block.words() {
-            if !matches!(word.letter, b'E' | b'G' | b'M') {
-                continue;
-            }
-            if faults.iter().any(|fault| fault.start <= word.start && word.end <= fault.end) {
-                asked.is_foreign = true;
-                continue;
-            }
-            if word.letter == b'E' {
-                faults.push(exponent(word, block));
-                asked.is_foreign = true;
+            if !matches!(word.letter, b'G' | b'M') {
                 continue;
             }
             let Some(code) = codes::find(word.letter, word.value) else {
-                faults.push(unknown(word));
+                if !is_told(word, faults) {
+                    faults.push(unknown(word));
+                }
                 asked.is_foreign = true;
                 continue;
             };
@@ -60,6 +55,12 @@ impl Executor<'_> {
                 }
             }
         }
+        if let Some(word) = block.word(b'E').filter(|_| !self.takes(b'E')) {
+            if !is_told(word, faults) {
+                faults.push(exponent(word, block));
+            }
+            asked.is_foreign = true;
+        }
         asked.is_faulty |= asked.is_foreign;
         if self.codes.len() > 1 {
             // G80 first: a motion code beside it begins after what it ends.
@@ -74,6 +75,11 @@ impl Executor<'_> {
     pub(super) fn names_machine_positions(&self) -> bool {
         let names = |op: &Op| matches!(op, Op::MachineCoordinates | Op::GoToReference(_));
         self.codes.iter().any(|(_, op)| names(op))
+    }
+
+    /// Whether a code of the block makes use of a letter.
+    fn takes(&self, letter: u8) -> bool {
+        self.codes.iter().any(|(code, _)| code.words & letter_bit(letter) != 0)
     }
 
     /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
@@ -111,7 +117,7 @@ impl Executor<'_> {
         if asked.is_foreign || mode == MotionMode::Foreign {
             return false;
         }
-        let mut used = FREE_LETTERS | AXIS_LETTERS;
+        let mut used = FREE_LETTERS | AXIS_LETTERS | POLAR_LETTERS;
         for (code, op) in &self.codes {
             used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }

@@ -19,13 +19,13 @@ impl Executor<'_> {
     }
 
     /// G40. What the block has made before it is of the contour still.
-    fn compensation_off(&mut self, block: &Block, out: &mut Output<'_>) {
+    pub(super) fn compensation_off(&mut self, block: &Block, out: &mut Output<'_>) {
         self.compensate(block, out);
         self.end_compensation(block, out);
     }
 
     /// G41 to G42.1: left or right, the radius from a tool or from D itself.
-    fn compensation_on(
+    pub(super) fn compensation_on(
         &mut self,
         (is_left, by_diameter): (bool, bool),
         block: &Block,

@@ -9,9 +9,9 @@
 //! ```
 //!
 //! A move is held until the next one in the plane tells its end. The first move after G41 or G42
-//! leads in, to a place beside its end, across its own direction; the first after G40 leads out,
-//! straight to where it ends, on axes that it does not name too (as RS274/NGC has it). Each of the
-//! two is a straight line. A move that the corners
+//! leads in, to a place beside its end, across its own direction; an arc becomes a wider or a
+//! narrower one that ends there in the same direction. The first after G40 leads out, straight to
+//! where it ends, on axes that it does not name too (as RS274/NGC has it). A move that the corners
 //! at both its ends swallow would gouge and is refused; so is an inside arc of no more than the
 //! tool's radius. Corners of moves that do not follow each other are not looked at.
 
@@ -72,6 +72,11 @@ struct Round {
 }
 
 impl Compensation {
+    /// Whether it keeps left of the path.
+    pub fn is_left(&self) -> bool {
+        self.side > 0.0
+    }
+
     /// Begins at a position of the contour; `is_left` of a negative radius is right.
     pub fn new(plane: Plane, is_left: bool, radius_mm: f64, at: Point) -> Compensation {
         let side = if is_left == (radius_mm >= 0.0) { 1.0 } else { -1.0 };
@@ -110,14 +115,11 @@ impl Compensation {
             return true;
         }
         let other_plane = matches!(step.kind, MoveKind::Arc { plane, .. } if plane != self.plane);
-        let is_lead = self.leads_out || self.last.is_none();
-        if other_plane || (is_lead && is_round) {
+        if other_plane || (self.leads_out && is_round) {
             let message = if other_plane {
                 "this arc does not lie in the plane of compensation"
-            } else if self.leads_out {
-                "the first move after G40 leads out: it cannot be an arc"
             } else {
-                "the first move after G41 or G42 leads in: it cannot be an arc"
+                "the first move after G40 leads out: it cannot be an arc"
             };
             faults.push(Fault::block(&rules::COMPENSATION_MODE, block, message));
             return true;
@@ -127,8 +129,12 @@ impl Compensation {
             self.at = step.to;
             return false;
         }
-        match self.piece(&step) {
-            Some(piece) => self.join(piece, step, block, out, faults),
+        let made = match self.piece(&step) {
+            Some(piece) if self.last.is_none() => self.leading_in(piece, step),
+            made => made.map(|piece| (piece, step)),
+        };
+        match made {
+            Some((piece, step)) => self.join(piece, step, block, out, faults),
             None => {
                 let message = format!(
                     "the tool's radius of {:.4} mm does not fit into this arc",
@@ -189,6 +195,28 @@ impl Compensation {
         }
     }
 
+    /// The first piece, from the contour to beside it. An arc becomes the one that ends there in the
+    /// same direction; none where that would have to turn the other way.
+    fn leading_in(&self, mut piece: Piece, mut step: Move) -> Option<(Piece, Move)> {
+        piece.start = self.flat(&self.at);
+        piece.is_lead_in = true;
+        let (Some(round), MoveKind::Arc { center_mm, .. }) = (&mut piece.round, &mut step.kind)
+        else {
+            return Some((piece, step));
+        };
+        // Its centre lies on the radius of its end, as far from the start as from the end.
+        let way = minus(piece.start, piece.end);
+        let inward = minus(round.center, piece.end).map(|part| part / round.radii[1]);
+        let radius = dot(way, way) / (2.0 * dot(way, inward));
+        if !radius.is_finite() || radius <= 0.0 {
+            return None;
+        }
+        round.center = plus(piece.end, inward, radius);
+        round.radii = [radius; 2];
+        *center_mm = round.center;
+        Some((piece, step))
+    }
+
     /// Ends the piece before where a piece begins, and goes round the corner between.
     fn join(
         &mut self,
@@ -200,8 +228,6 @@ impl Compensation {
     ) {
         match self.last {
             None => {
-                piece.start = self.flat(&self.at);
-                piece.is_lead_in = true;
                 if length(minus(piece.corner, piece.start)) <= self.radius_mm {
                     let message = format!(
                         "the move that leads in is no longer than the tool's radius of {:.4} mm",

@@ -5,21 +5,23 @@
 //! fault, so that one fault does not make others; positions that a fault leaves open are known to
 //! be open.
 
-use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
+use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{Code, Cycle, Group, Op, SplineCode};
 use crate::gcode::{Block, Fault, rules};
 
-use super::Options;
 use super::compensation::Compensation;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
 use super::flow::Flow;
 use super::frames::Frames;
+use super::modes::{Coolant, LengthMode, Modes, Overrides, Saved};
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
+use super::polar::PolarStep;
 use super::spline::SplineState;
 use super::tools::Tools;
 use super::words::{call_flow, leads_to};
+use super::{Dialect, Options};
 
 /// The motion code in force.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -60,14 +62,28 @@ pub(super) struct Executor<'a> {
     pub(super) spindle_rpm: Option<f64>,
     /// G96
     pub(super) by_surface: bool,
+    /// S and D of G96.
+    pub(super) surface: Option<(f64, Option<f64>)>,
     pub(super) turning: Turning,
+    pub(super) coolant: Coolant,
+    pub(super) overrides: Overrides,
     /// The tool that T has named, and the one that M6 has put into the spindle.
     pub(super) tool: Option<u32>,
     pub(super) loaded: Option<u32>,
     pub(super) tools: Tools,
+    pub(super) length_mode: LengthMode,
     pub(super) frames: Frames,
     /// Machine positions of G28 and G30, where the program has stored them.
-    pub(super) references: [Option<Point>; 2],
+    pub(super) references: [AxisMap<Option<f64>>; 2],
+    /// What M70 and M73 have saved, for the main program and each call in it.
+    pub(super) saved: Vec<Saved>,
+    /// What the end of a call has left to be restored.
+    pub(super) to_restore: Option<Box<Modes>>,
+    /// #5061 to #5070: where a probe touched, in program units, and whether it did.
+    pub(super) probed: [f64; 10],
+    /// The line at hand.
+    pub(super) line: u32,
+    pub(super) dialect: Dialect,
     /// A bit for each work coordinate system whose lack of a place has been said.
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
@@ -104,6 +120,10 @@ pub(super) struct Asked {
     pub is_motion_named: bool,
     /// The motion code in force before the block.
     pub motion_before: MotionMode,
+    /// By how much polar coordinates go on from one hole of a cycle to the next.
+    pub polar_step: Option<PolarStep>,
+    /// Millimetres a unit before the block.
+    pub mm_per_unit_before: f64,
     /// What becomes of the corner at this block's end, if not what the mode says.
     pub corner: Option<Corner>,
 }
@@ -111,6 +131,7 @@ pub(super) struct Asked {
 /// Where a block stands, and where what it makes goes.
 pub(super) struct Output<'o> {
     pub line: u32,
+    pub text: &'o [u8],
     pub motions: &'o mut Vec<Motion>,
     pub faults: &'o mut Vec<Fault>,
 }
@@ -126,7 +147,8 @@ impl Output<'_> {
 }
 
 impl<'a> Executor<'a> {
-    /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97, no feed, no speed, no tool.
+    /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97 G98 (in the dialect `linuxcnc` G99),
+    /// no feed, no speed, no tool.
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
         Executor {
             machine,
@@ -144,18 +166,27 @@ impl<'a> Executor<'a> {
             feed_missed: false,
             spindle_rpm: None,
             by_surface: false,
+            surface: None,
             turning: Turning::Stopped,
+            coolant: Coolant::default(),
+            overrides: Overrides::default(),
             tool: None,
             loaded: None,
             tools: options.tools.clone(),
+            length_mode: LengthMode::Off,
             frames: Frames::new(machine),
-            references: [None; 2],
+            references: [AxisMap::default(); 2],
+            saved: vec![Saved::default()],
+            to_restore: None,
+            probed: [0.0; 10],
+            line: 0,
+            dialect: options.dialect,
             systems_missed: 0,
             cycle: Held::default(),
             spline: SplineState::default(),
             compensation: None,
             motion_first: 0,
-            returns_to_r: false,
+            returns_to_r: options.dialect == Dialect::LinuxCnc,
             position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
             open: AxisSet::EMPTY,
             is_shifted: false,
@@ -198,6 +229,7 @@ impl<'a> Executor<'a> {
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
+        asked.mm_per_unit_before = self.mm_per_unit;
         asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
         asked.is_faulty |= self.breaks_nurbs(block, asked, out.faults);
         self.motion_first = out.motions.len();
@@ -233,7 +265,7 @@ impl<'a> Executor<'a> {
         asked.axes_claimed |= claims_axes(op);
         match op {
             // Done with F; or nothing that this machine could be told.
-            Op::Inches | Op::Millimetres | Op::Override(_) | Op::LookAhead => {}
+            Op::Inches | Op::Millimetres | Op::LookAhead => {}
             Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
             Op::ToolChange
             | Op::SurfaceSpeed
@@ -243,7 +275,10 @@ impl<'a> Executor<'a> {
             | Op::SpindleStop
             | Op::MistOn
             | Op::FloodOn
-            | Op::CoolantOff => self.switch(op, block, out),
+            | Op::CoolantOff
+            | Op::Override(_) => self.switch(op, block, out),
+            Op::Function(function) => self.function(function, block, out),
+            Op::Modes(change) => self.change_modes(change, block, *asked, out),
             Op::CompensationOff | Op::Compensate { .. } => self.set_compensation(op, block, out),
             Op::Dwell => self.dwell(block, asked, out),
             Op::MachineCoordinates => asked.machine_coordinates = true,
@@ -290,10 +325,7 @@ impl<'a> Executor<'a> {
             | Op::MotionOff => self.set_motion(op, asked),
             Op::NurbsEnd => self.end_nurbs(block, asked, out),
             Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
-            Op::End | Op::EndAndRewind => {
-                out.function(if op == Op::End { 2 } else { 30 });
-                return Flow::End;
-            }
+            Op::End | Op::EndAndRewind => return end(op, out),
             Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
         }
         Flow::Next
@@ -334,6 +366,7 @@ impl<'a> Executor<'a> {
         match op {
             Op::ToolChange => {
                 self.loaded = self.tool;
+                self.turning = Turning::Stopped;
                 out.event(EventKind::M { code: 6, spindle_rpm: None, tool: self.tool });
             }
             Op::SurfaceSpeed => self.set_spindle_mode(true, block, out.faults),
@@ -350,9 +383,19 @@ impl<'a> Executor<'a> {
                 self.turning = Turning::Stopped;
                 out.function(5);
             }
-            Op::MistOn => out.function(7),
-            Op::FloodOn => out.function(8),
-            _ => out.function(9),
+            Op::MistOn => {
+                self.coolant.mist = true;
+                out.function(7);
+            }
+            Op::FloodOn => {
+                self.coolant.flood = true;
+                out.function(8);
+            }
+            Op::Override(code) => self.set_override(code, block),
+            _ => {
+                self.coolant = Coolant::default();
+                out.function(9);
+            }
         }
     }
 
@@ -368,7 +411,10 @@ impl<'a> Executor<'a> {
             Op::LengthOffset => self.set_length(false, block, faults),
             Op::LengthOffsetMore => self.set_length(true, block, faults),
             Op::LengthOffsetByWords => self.set_length_by_words(block, faults),
-            Op::LengthOffsetOff => self.frames.set_tool(Point::ZERO),
+            Op::LengthOffsetOff => {
+                self.length_mode = LengthMode::Off;
+                self.frames.set_tool(Point::ZERO);
+            }
             Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
             Op::Scaling => self.set_scaling(block, faults),
             Op::ScalingOff => self.end_scaling(block, faults),
@@ -400,7 +446,13 @@ impl<'a> Executor<'a> {
             Some(word) if word.value < 0.0 => {
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, "a dwell cannot be negative"));
             }
-            Some(word) => out.event(EventKind::Dwell(word.value)),
+            Some(word) => {
+                // FANUC counts milliseconds in P, unless it has a point.
+                let span = out.text.get(word.start as usize..word.end as usize);
+                let has_point = span.is_some_and(|text| text.contains(&b'.'));
+                let is_ms = self.dialect == Dialect::Fanuc && word.letter == b'P' && !has_point;
+                out.event(EventKind::Dwell(word.value / if is_ms { 1000.0 } else { 1.0 }));
+            }
             None if asked.is_faulty => {}
             None => {
                 let message = "G4 has no P, the time to wait";
@@ -413,6 +465,11 @@ impl<'a> Executor<'a> {
 
 pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
+}
+
+fn end(op: Op, out: &mut Output<'_>) -> Flow {
+    out.function(if op == Op::End { 2 } else { 30 });
+    Flow::End
 }
 
 /// The number of the M function of a stop.

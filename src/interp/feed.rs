@@ -84,6 +84,10 @@ impl Executor<'_> {
                 out.event(EventKind::T(tool));
             }
         }
+        if let Some(word) = block.word(b'$').filter(|word| ![0.0, -1.0].contains(&word.value)) {
+            let message = format!("{word}: the machine has one spindle, $0");
+            out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+        }
         for letter in [b'N', b'O'] {
             if let Some(word) = block.word(letter).filter(|_| !asked.is_faulty) {
                 whole(word, 999_999_999, out.faults);
@@ -152,6 +156,7 @@ impl Executor<'_> {
         }
         self.spindle_rpm = None;
         let m_min = if is_metric { word.value } else { word.value * METRES_PER_FOOT };
+        self.surface = Some((m_min, rpm_max));
         out.event(EventKind::SurfaceSpeed { m_min, rpm_max });
     }
 

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::base::{Axis, Diagnostic, Severity, Span};
-use crate::gcode::{Block, Fault};
+use crate::gcode::{Block, Fault, rules};
 
 /// Longest text that goes with a diagnostic; of longer lines the surroundings of the fault.
 const TEXT_BYTES_MAX: usize = 240;
@@ -74,6 +74,8 @@ pub(super) struct Findings {
     max: usize,
     /// Faults of subprograms and loops that have been said: they would come again with every run.
     said: HashSet<(Option<String>, u32, &'static str, u32)>,
+    /// Words of other controls that have been said.
+    kinds_said: HashSet<String>,
 }
 
 impl Findings {
@@ -88,6 +90,7 @@ impl Findings {
             warnings_kept: 0,
             max,
             said: HashSet::new(),
+            kinds_said: HashSet::new(),
         }
     }
 
@@ -115,6 +118,10 @@ impl Findings {
 
     /// Adds one fault.
     pub fn add(&mut self, fault: Fault, place: Place<'_>) {
+        // One of a kind is enough: a printer's program has them on every line.
+        if fault.rule == &rules::FOREIGN_WORD && !self.kinds_said.insert(fault.message.clone()) {
+            return;
+        }
         let (count, kept) = match fault.rule.severity {
             Severity::Error => (&mut self.errors, &mut self.errors_kept),
             Severity::Warning => (&mut self.warnings, &mut self.warnings_kept),

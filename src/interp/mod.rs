@@ -19,7 +19,11 @@ mod feed;
 mod findings;
 mod flow;
 mod frames;
+mod functions;
 mod inputs;
+mod lenient;
+mod macro_variables;
+mod modes;
 mod motion;
 mod motions;
 mod moves;
@@ -27,6 +31,7 @@ mod nurbs;
 mod offsets;
 mod parameters;
 mod plunge;
+mod polar;
 mod program;
 mod run;
 mod spline;
@@ -52,12 +57,13 @@ pub enum Dialect {
     /// As LinuxCNC, but `#3000` raises an alarm.
     #[default]
     Iso,
-    /// `#3000` is a parameter like others.
+    /// `#3000` is a parameter like others; programs begin with G99.
     LinuxCnc,
-    /// Parameters that are not set have no value; FIX and FUP go towards and away from zero; AND
+    /// Parameters that are not set have no value, those from 1000 on are system variables; P of G4
+    /// is in milliseconds; G10 L10 to L13 set tools; FIX and FUP go towards and away from zero; AND
     /// OR XOR work on bits; `M98 P51000` is `M98 P1000 L5`.
     Fanuc,
-    /// As LinuxCNC.
+    /// As LinuxCNC, but programs begin with G98.
     Grbl,
 }
 
@@ -87,6 +93,8 @@ pub struct Options {
     pub dialect: Dialect,
     /// Whether lines that begin with `/` are left out.
     pub block_delete: bool,
+    /// Whether words of other controls that mean nothing here are left out, with a warning.
+    pub lenient: bool,
     /// Folders below which subprograms may lie in files of their own, in order of search.
     pub folders: Vec<PathBuf>,
     /// Most passes that all loops, repeats and backward GOTOs of a run may make together; none:

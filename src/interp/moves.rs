@@ -1,12 +1,11 @@
 //! Movement: where axis words lead, and the arcs between.
 
 use crate::base::{Axis, Point};
-use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS};
+use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, POLAR_LETTERS};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::arc::{ArcTask, center_letter};
 use super::execute::{Asked, Executor, MotionMode, Output};
-use super::frames::sin_cos_deg;
 use super::motion::{Corner, Motion, Move, MoveKind};
 use super::words::{machine_coordinates_alone, whole};
 
@@ -19,7 +18,20 @@ const SAME_PLACE_MM: f64 = 1e-9;
 
 impl Executor<'_> {
     /// Moves, if the block asks for it.
-    pub(super) fn run_motion(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+    pub(super) fn run_motion(&mut self, block: &Block, mut asked: Asked, out: &mut Output<'_>) {
+        if block.letters() & POLAR_LETTERS == 0 {
+            if self.polar {
+                asked.polar_step = self.polar_mode_step(block);
+            }
+            self.run_axis_words(block, asked, out);
+        } else if let Some(resolved) = self.resolve_polar(block, &mut asked, out.faults) {
+            self.run_axis_words(&resolved, asked, out);
+        } else {
+            self.forget_position();
+        }
+    }
+
+    fn run_axis_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if let MotionMode::Cycle(cycle) = self.motion {
             let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
             if asks && !asked.axes_claimed {
@@ -133,20 +145,11 @@ impl Executor<'_> {
             to[axis] = if self.absolute { value } else { from[axis] + value };
         }
         let words = [first, second].map(|axis| block.word(axis.letter() as u8));
-        let Some(word) = words[0].or(words[1]).filter(|_| self.polar) else { return to };
-        if !self.absolute {
-            let message = format!("{word}: polar coordinates under G91 are not supported");
-            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-            faults.push(fault.help("write radius and angle as positions, under G90"));
-            return from;
+        if self.polar && (words[0].is_some() || words[1].is_some()) {
+            let (at, told) = ([from[first], from[second]], [to[first], to[second]]);
+            let Some(polar) = self.polar_target(words, at, told, faults) else { return from };
+            [to[first], to[second]] = polar;
         }
-        let radius = if words[0].is_some() { to[first] } else { from[first].hypot(from[second]) };
-        let angle_deg = match words[1] {
-            Some(word) => word.value,
-            None => from[second].atan2(from[first]).to_degrees(),
-        };
-        let (sin, cos) = sin_cos_deg(angle_deg);
-        (to[first], to[second]) = (radius * cos, radius * sin);
         to
     }
 

@@ -13,10 +13,11 @@ use crate::gcode::{Block, Fault, LINE_BYTES_MAX, Label, Lines, rules};
 
 use super::body::Body;
 use super::engine::Engine;
+use super::execute::is_error;
 use super::findings::Place;
 use super::flow::Flow;
 use super::motion::Motion;
-use super::program::{Library, Tape, parse_line, program_number};
+use super::program::{Library, Tape, TextOptions, parse_line, program_number};
 use super::{Dialect, MAX_PASSES, Options};
 
 /// What is being run from what is kept.
@@ -70,7 +71,7 @@ pub(super) struct Run<'a> {
     pub block: Block,
     /// Whether what follows the main program begins inside of another one.
     pub rest_in_program: bool,
-    pub block_delete: bool,
+    pub text: TextOptions,
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
@@ -79,20 +80,32 @@ pub(super) struct Run<'a> {
     /// The line of each call that is being run.
     pub(super) calls: Vec<u32>,
     pub(super) calls_made: u64,
+    /// What is wrong with subprograms that have been passed over, until they are called.
+    pub(super) passed_over: Vec<PassedOver>,
+}
+
+/// A line with faults in a subprogram that stood in the way.
+#[derive(Debug)]
+pub(super) struct PassedOver {
+    pub label: Label,
+    pub line: u32,
+    pub text: Vec<u8>,
+    pub faults: Vec<Fault>,
 }
 
 impl<'a> Run<'a> {
     pub fn new(source: &Source, machine: &'a Machine, options: &Options, max: usize) -> Run<'a> {
+        let text = TextOptions { block_delete: options.block_delete, lenient: options.lenient };
         Run {
             engine: Engine::new(machine, options, max),
             lines: Lines::new(source.reader(0), 0, 1),
-            library: Library::new(source, &options.folders, options.block_delete),
+            library: Library::new(source, &options.folders, text),
             tape: Tape::default(),
             end: End::Running,
             block: Block::default(),
             source: source.clone(),
             rest_in_program: false,
-            block_delete: options.block_delete,
+            text,
             dialect: options.dialect,
             max_passes: options.max_passes.unwrap_or(MAX_PASSES),
             passes: 0,
@@ -100,6 +113,7 @@ impl<'a> Run<'a> {
             frames: Vec::new(),
             calls: Vec::new(),
             calls_made: 0,
+            passed_over: Vec::new(),
         }
     }
 
@@ -116,6 +130,8 @@ impl<'a> Run<'a> {
         } else {
             self.step_body(motions)?;
         }
+        self.engine.stop(motions);
+        self.engine.restore_after_call(&self.calls, motions);
         if self.end != End::Running {
             self.finish(motions);
         }
@@ -136,7 +152,7 @@ impl<'a> Run<'a> {
             return self.missing_end(false);
         };
         let engine = &mut self.engine;
-        parse_line(&line, &mut self.block, &mut engine.faults, self.block_delete);
+        parse_line(&line, &mut self.block, &mut engine.faults, self.text);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let mut flow = Flow::Next;
         if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
@@ -160,7 +176,7 @@ impl<'a> Run<'a> {
             }
             flow = match self.block.statement() {
                 _ if self.block.is_broken_statement() => Flow::Unreadable,
-                Some(_) if !engine.faults.is_empty() => Flow::Unreadable,
+                Some(_) if engine.faults.iter().any(is_error) => Flow::Unreadable,
                 Some(_) => Flow::Statement,
                 None => engine.execute(&self.block, place, motions),
             };
@@ -195,6 +211,7 @@ impl<'a> Run<'a> {
         if block.statement().is_some() {
             self.calls.clone_from(&calls);
             self.engine.blocks += 1;
+            self.engine.executor.line = line;
             let result = self.statement(&body, at, block, place);
             self.engine.report(place, true);
             return result;

@@ -52,6 +52,11 @@ pub(super) fn unknown(word: &Word) -> Fault {
     fault(message).help(format!("there is {}", listed(&names, "and")))
 }
 
+/// Whether a fault of the line's text takes in a word.
+pub(super) fn is_told(word: &Word, faults: &[Fault]) -> bool {
+    faults.iter().any(|fault| fault.start <= word.start && word.end <= fault.end)
+}
+
 /// An E word: an exponent, or the extruder of a printer.
 pub(super) fn exponent(word: &Word, block: &Block) -> Fault {
     let is_exponent = block.words().iter().any(|other| other.end == word.start);

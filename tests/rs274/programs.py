@@ -191,6 +191,39 @@ class Writer:
             self.at.update(last)
         self.go("G1", {axis: round(self.at[axis] + 1.0, 3) for axis in "XYZ"})
 
+    def polar(self):
+        """Places by radius and angle, and a circle of holes."""
+        self.place()
+        self.plane = "G17"
+        lines = [
+            "G17",
+            f"G0 @{self.random.randint(20, 90) / 10} ^{self.number(180.0):.2f}",
+        ]
+        for _ in range(self.random.randint(1, 3)):
+            lines.append(
+                self.random.choice(
+                    [
+                        f"G1 ^{self.number(180.0):.2f}",
+                        f"G1 @{self.random.randint(20, 90) / 10}",
+                        f"G91 G1 @{self.random.randint(1, 9) / 10} ^{self.number(90.0):.2f}",
+                        f"G90 G0 @{self.random.randint(20, 90) / 10} ^{self.number(180.0):.2f} Z1",
+                    ]
+                )
+            )
+        if self.random.random() < 0.5:
+            lines += [f"G98 G91 G81 ^{self.random.randint(10, 80)} Z-2 R-1 L4", "G80"]
+        self.lines += lines
+        self.place()
+
+    def kept(self):
+        """Modes that are saved, changed and restored."""
+        self.place()
+        units = self.random.choice(["G20", "G21"])
+        plane = self.random.choice(list(PLANES))
+        self.lines += ["M70", f"{units} {plane} G91", f"G1 X0.1 Y{self.number(0.2):.3f} F7"]
+        self.lines += ["G61 G99 G90.1", "M72"]
+        self.place()
+
     def modes(self):
         choice = self.random.randrange(4)
         if choice == 0:
@@ -212,7 +245,15 @@ def generate(seed):
     writer.lines += [f"{unit} G17 G90 G94", f"F{writer.random.randint(50, 500)}"]
     for _ in range(writer.random.randint(5, 60)):
         plain = [writer.straight, writer.arc, writer.arc, writer.modes]
-        rare = [writer.offset, writer.cycle, writer.inverse_time, writer.outline, writer.spline]
+        rare = [
+            writer.offset,
+            writer.cycle,
+            writer.inverse_time,
+            writer.outline,
+            writer.spline,
+            writer.polar,
+            writer.kept,
+        ]
         writer.random.choice(plain * 3 + rare)()
     writer.lines.append(writer.random.choice(["M2", "M30"]))
     return "\n".join(writer.lines) + "\n"

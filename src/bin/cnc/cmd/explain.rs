@@ -43,7 +43,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         explain_rule(&mut out, rule, global)?;
     } else if let Some((letter, number)) = as_code(&wanted) {
         match (codes::find(letter, number), foreign::find(letter, number)) {
-            (Some(code), _) => explain_code(&mut out, code, global)?,
+            (Some(code), row) => explain_code(&mut out, code, row, global)?,
             (None, Some(row)) => explain_foreign(&mut out, row, global)?,
             (None, None) => return Err(unknown(name, &wanted).into()),
         }
@@ -201,9 +201,15 @@ fn letters(code: &Code) -> String {
     letters.join(" ")
 }
 
-fn explain_code(out: &mut impl Write, code: &Code, global: &Global) -> anyhow::Result<()> {
+fn explain_code(
+    out: &mut impl Write,
+    code: &Code,
+    elsewhere: Option<&Foreign>,
+    global: &Global,
+) -> anyhow::Result<()> {
     if global.json {
         let mut value = code_json(code);
+        value["elsewhere"] = json!(elsewhere.map(|row| row.meaning));
         value["schema"] = json!(1);
         writeln!(out, "{value}")?;
         return Ok(());
@@ -217,6 +223,9 @@ fn explain_code(out: &mut impl Write, code: &Code, global: &Global) -> anyhow::R
     writeln!(out, "in force  {}", in_force(code))?;
     if code.words != 0 {
         writeln!(out, "words     {}", letters(code))?;
+    }
+    if let Some(Foreign { control, meaning, .. }) = elsewhere {
+        writeln!(out, "elsewhere {control}: {meaning}")?;
     }
     if let Some(note) = notes::note(code) {
         writeln!(out, "\n{note}")?;

@@ -304,6 +304,15 @@ fn json_event(text: &mut Vec<u8>, event: &Event) {
                 field(text, "t", tool.into());
             }
         }
+        EventKind::Function { code, words } => {
+            text.extend_from_slice(b",\"code\":\"M");
+            integer(text, code.into());
+            text.push(b'"');
+            for (letter, value) in words.iter() {
+                let name = char::from(letter).to_ascii_lowercase();
+                field(text, name.encode_utf8(&mut [0; 4]), value);
+            }
+        }
         EventKind::S(rpm) => {
             text.extend_from_slice(b",\"code\":\"S\"");
             field(text, "s", rpm);
