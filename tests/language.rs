@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
-use cnc::gcode::{LATHE_CODES, codes, rules};
+use cnc::gcode::{LATHE_CODES, codes, foreign, rules};
 use cnc::interp::{self, Checked, Dialect, Motion, Move, MoveKind, Options};
 use proptest::prelude::*;
 
@@ -107,18 +107,9 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
         let expected = first.strip_prefix("(expect: ").and_then(|rest| rest.split(')').next());
         let expected = expected.unwrap_or_else(|| panic!("{name}: no expectation"));
         let lenient = expected.strip_suffix(" leniently");
-        let expected = lenient.unwrap_or(expected);
-        let (expected, machine) = expected.split_once(" on ").unwrap_or((expected, "starmill"));
-        let (machine, rest) = machine.split_once(';').unwrap_or((machine, ""));
-        let dialect = Dialect::ALL.into_iter().find(|dialect| rest.ends_with(dialect.name()));
-        let own = root().join("samples/machines").join(machine).with_extension("toml");
-        let profile = if own.exists() { own.to_str().unwrap() } else { machine };
-        let options = Options {
-            lenient: lenient.is_some(),
-            dialect: dialect.unwrap_or_default(),
-            ..Options::default()
-        };
-        let checked = check_with(&text, &Machine::load(profile).unwrap(), &options);
+        let expected = lenient.unwrap_or(expected).split(" on ").next().unwrap();
+        let options = Options { lenient: lenient.is_some(), ..options_of(&first) };
+        let checked = check_with(&text, &machine_of(&first), &options);
         let found: Vec<_> = checked
             .diagnostics
             .iter()
@@ -167,18 +158,79 @@ fn positions_are_bounded_on_machines_without_travel() {
 }
 
 #[test]
+fn a_part_outside_of_the_travel_is_told_how_far_to_shift() {
+    for (text, axis, shift) in [
+        // The starmill's X goes from 0 to 150; its work zero is X75.
+        ("G0 X80\nM30", Axis::X, "X -75.000 to -5.000 mm"),
+        ("G0 X80 Y-60\nM30", Axis::Y, "Y +10.000 to +50.000 mm"),
+        ("G91 G0 X-76.00025\nX1\nM30", Axis::X, "X +1.001 to +75.000 mm"),
+        ("G0 X-100\nX100\nM30", Axis::X, "200.000 mm of X, 50.000 mm more than the travel"),
+        ("G0 X1\nG53 G0 X160\nG90 X80\nX1\nM30", Axis::X, "led there by machine coordinates"),
+        // What G53 says does not shift with the part; what stands behind it does again.
+        ("G0 X1\nG53 G0 X149\nY1\nG90 X80\nX1\nM30", Axis::X, "X -75.000 to -5.000 mm"),
+    ] {
+        let checked = check(text.as_bytes(), &Machine::load("starmill").unwrap());
+        let rule = rules::limits(axis).each_ref().map(|rule| rule.name);
+        let found = checked.diagnostics.iter().find(|found| rule.contains(&found.rule)).unwrap();
+        let help = found.help.as_deref().unwrap();
+        assert!(help.contains(shift), "{text}: {help}");
+    }
+}
+
+#[test]
+fn rapids_into_the_work_are_told_where_they_are_meant() {
+    const HEAD: &str = "M3 S1000 F100\nG0 X1 Y1 Z5\n";
+    for (text, is_told) in [
+        ("G0 Z-1\nG1 X5", true),
+        ("G91\nG0 Z-6\nG1 X5", true),
+        ("G0 Z0\nG1 X5", false),
+        ("G1 Z-3\nG0 Z5\nG0 Z-2.8\nG1 Z-4", false),
+        ("G1 Z-3\nG0 Z5\nG0 Z-3.2\nG1 Z-4", true),
+        ("G1 Z-3\nG0 Z5\nX9\nZ-3\nG1 X4", true),
+        ("G1 Z-3\nG0 Z5\nX9\nZ-2.9\nG1 Z-3", false),
+        ("G81 X2 Y2 Z-5 R1\nX9", false),
+        ("G53 G0 Z40\nG1 X2", false),
+        ("M5\nG0 Z-1\nG1 X5", false),
+        ("G52 Z-9\nG0 Z-1\nG1 X5", true),
+        ("G10 L2 P1 Z20\nG0 Z-1\nZ-5\nG1 X5", true),
+    ] {
+        let found = findings(&format!("{HEAD}{text}\nM30"));
+        let told = found.iter().any(|rule| rule.starts_with("rapid-into-work"));
+        assert_eq!(told, is_told, "{text}: {found:?}");
+    }
+    // A spindle that no program starts; nothing that cuts; a lathe.
+    assert_eq!(findings("G0 X1 Y1 Z-5\nG1 X5 F100\nM30"), ["rapid-into-work 1:10"]);
+    assert_eq!(findings("G0 X1 Y1 Z-5\nM30"), [""; 0]);
+    assert_eq!(findings("M3 S100\nG0 X5 Z-5\nG1 X1 F10\nM30"), [""; 0]);
+}
+
+/// Holds a file of docs/ against what the tables make, or writes it anew.
+fn is_documented(name: &str, text: &str) {
+    let file = root().join("docs").join(name);
+    if std::env::var_os("UPDATE").is_some() {
+        fs::write(&file, text).unwrap();
+    }
+    assert!(
+        text == fs::read_to_string(&file).unwrap(),
+        "{name}: UPDATE=1 cargo test --test language"
+    );
+}
+
+#[test]
 fn the_reference_is_that_of_the_tables() {
     let mut text = String::from(
-        "# Codes and rules\n\nMade from the tables in `src/gcode`: \
-         `UPDATE=1 cargo test --test language`.\n\n\
-         ## Codes\n\nThe codes of one block are executed in the order of their groups as listed \
+        "# Codes\n\nMade from the tables in `src/gcode`: \
+         `UPDATE=1 cargo test --test language`. `cnc explain G43` tells of one code, with where controls \
+         differ.\n\n\
+         The codes of one block are executed in the order of their groups as listed \
          in `src/gcode/codes.rs`, units first. Two codes of one group cannot stand in one block, \
-         M7 with M8, and G80 with another motion code, excepted.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n",
+         M7 with M8, and G80 with another motion code, excepted.\n\n\
+         | code | group | words | supported | meaning |\n|---|---|---|---|---|\n",
     );
     for code in codes::CODES {
         let supported = if code.op.is_some() { "yes" } else { "no" };
-        let (name, group) = (code.name(), code.group.name());
-        text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
+        let (name, group, words) = (code.name(), code.group.name(), code.letters());
+        text += &format!("| {name} | {group} | {words} | {supported} | {} |\n", code.meaning);
     }
     text += "\n## Codes of lathes\n\nIn the dialect `fanuc-lathe` these codes mean something else; all \
              others are those above.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n";
@@ -187,16 +239,73 @@ fn the_reference_is_that_of_the_tables() {
         let (name, group) = (code.name(), code.group.name());
         text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
     }
-    text += "\n## Rules\n\n| rule | severity | meaning |\n|---|---|---|\n";
+    text += "\n## Codes of other controls\n\nThey mean nothing here, and are refused with what is said \
+             below.\n\n| code | control | meaning there | instead |\n|---|---|---|---|\n";
+    for row in foreign::FOREIGN {
+        let name = row.name();
+        text += &format!("| {name} | {} | {} | {} |\n", row.control, row.meaning, row.instead);
+    }
+    is_documented("gcodes.md", &text);
+}
+
+/// A program in a fence; long ones are cut.
+fn fenced(program: &str) -> String {
+    let lines: Vec<&str> = program.lines().collect();
+    let mut text = String::from("```\n");
+    for line in lines.iter().take(16) {
+        let visible = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+        text.extend(line.chars().take(72).map(visible));
+        text += if line.chars().count() > 72 { "…\n" } else { "\n" };
+    }
+    text + if lines.len() > 16 { "…\n```\n" } else { "```\n" }
+}
+
+#[test]
+fn the_rules_are_documented_with_their_samples() {
+    let mut text = String::from(
+        "# Rules\n\nMade from the table in `src/gcode/rules.rs` and the samples: \
+         `UPDATE=1 cargo test --test language`. `cnc explain no-feed` tells of one. A program with an \
+         error gives no motion; one with a warning runs.\n\n\
+         | rule | severity | meaning |\n|---|---|---|\n",
+    );
     for rule in rules::all() {
         let severity = format!("{:?}", rule.severity).to_lowercase();
-        text += &format!("| {} | {severity} | {} |\n", rule.name, rule.meaning);
+        text += &format!("| [{0}](#{0}) | {severity} | {1} |\n", rule.name, rule.meaning);
     }
-    let file = root().join("docs/gcodes.md");
-    if std::env::var_os("UPDATE").is_some() {
-        fs::write(&file, &text).unwrap();
+    for rule in rules::all() {
+        let bad = rule.bad.split_once('\n').unwrap().1;
+        text += &format!("\n## {}\n\n{}\n\n{}", rule.name, rule.meaning, fenced(bad));
+        text += &format!("\nMended:\n\n{}", fenced(rule.mended));
     }
-    assert_eq!(text, fs::read_to_string(&file).unwrap());
+    is_documented("rules.md", &text);
+}
+
+/// The machine that the first line of a bad sample names, or else the starmill.
+fn machine_of(bad: &str) -> Machine {
+    let expected = bad.lines().next().and_then(|line| line.strip_prefix("(expect: "));
+    let expected = expected.and_then(|rest| rest.split(')').next()).unwrap();
+    let name = expected.split_once(" on ").map_or("starmill", |(_, name)| name);
+    let name = name.split(';').next().unwrap();
+    let own = root().join("samples/machines").join(name).with_extension("toml");
+    Machine::load(if own.exists() { own.to_str().unwrap() } else { name }).unwrap()
+}
+
+/// The dialect that the first line of a bad sample names.
+fn options_of(bad: &str) -> Options {
+    let expected = bad.lines().next().and_then(|line| line.split(')').next()).unwrap();
+    let dialect = expected.split_once(';').map_or("", |(_, rest)| rest);
+    let dialect = Dialect::ALL.into_iter().find(|known| dialect.ends_with(known.name()));
+    Options { dialect: dialect.unwrap_or_default(), ..Options::default() }
+}
+
+#[test]
+fn every_mended_sample_has_no_mistake() {
+    for rule in rules::all() {
+        let mended = rule.mended.as_bytes();
+        let checked = check_with(mended, &machine_of(rule.bad), &options_of(rule.bad));
+        assert_eq!(checked.diagnostics, [], "samples/mended/{}.nc", rule.name);
+    }
+    assert_eq!(files("samples/mended", "nc").len(), rules::all().count());
 }
 
 #[test]
@@ -232,7 +341,7 @@ fn one_fault_makes_no_others() {
             "G0 X1\nM30\nO1\nG5.7\nX!\nM99",
             &["never-called 4:1", "never-called 5:1", "never-called 5:2"],
         ),
-        ("G0 X1\nO1\nG5.7\nM99", &["missing-end 2:1", "never-called 3:1"]),
+        ("G0 X1\nO1\nG5.7\nM99", &["missing-end 1:1", "never-called 3:1"]),
         // What stands behind the closing % is no part of the program.
         ("%\nG0 X1\n%\nwords\u{1}", &["after-end 4:1"]),
         ("G0 X1\n\u{0}\u{1}\u{2}\n\u{3}", &["not-text 2:1"]),

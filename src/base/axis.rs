@@ -109,6 +109,11 @@ impl AxisSet {
         self.0 |= 1 << axis as u16;
     }
 
+    /// Takes an axis out.
+    pub fn remove(&mut self, axis: Axis) {
+        self.0 &= !(1 << axis as u16);
+    }
+
     /// Whether the axis is in the set.
     pub fn contains(self, axis: Axis) -> bool {
         self.0 & (1 << axis as u16) != 0

@@ -297,12 +297,12 @@ impl Machine {
 const FILE_MAX_BYTES: u64 = 1 << 20;
 
 fn read(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    let bytes = File::open(path)?.take(FILE_MAX_BYTES + 1).read_to_string(&mut text)?;
-    if bytes as u64 > FILE_MAX_BYTES {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(FILE_MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > FILE_MAX_BYTES {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, "no profile is this large"));
     }
-    Ok(text)
+    super::source::as_text(bytes)
 }
 
 impl fmt::Display for Machine {

@@ -129,6 +129,12 @@ pub struct Code {
 }
 
 impl Code {
+    /// The letters that it makes use of, beside the axes of a motion.
+    pub fn letters(&self) -> String {
+        let has = |letter: &u8| self.words & letter_bit(*letter) != 0;
+        (b'A'..=b'Z').filter(has).map(char::from).collect()
+    }
+
     /// As it is written: `G61.1`.
     pub fn name(&self) -> String {
         let (letter, whole, tenth) = (char::from(self.letter), self.tenths / 10, self.tenths % 10);

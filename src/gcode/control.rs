@@ -213,7 +213,11 @@ pub(super) fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
     if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
         let message = "this stands beside a statement of control flow";
         let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
-        faults.push(fault.help("put it into a block of its own"));
+        faults.push(fault.help(if is_then {
+            "THEN only sets a parameter: jump by GOTO, or write o1 if, the block, o1 endif"
+        } else {
+            "put it into a block of its own"
+        }));
     } else if is_then && set.is_none() {
         let message = "THEN is not followed by a parameter that it sets";
         let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);

@@ -102,6 +102,11 @@ impl<R: Read> Lines<R> {
         Ok(Some(Line { number: self.number, offset, bytes, too_long }))
     }
 
+    /// Offset in the text up to which lines have been read.
+    pub fn offset(&self) -> u64 {
+        self.offset
+    }
+
     /// Number of the line read last.
     pub fn number(&self) -> u32 {
         self.number

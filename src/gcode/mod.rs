@@ -9,13 +9,16 @@ pub mod codes;
 mod control;
 mod expr;
 mod fault;
+pub mod foreign;
 mod lathe;
 mod lines;
+pub mod notes;
 mod number;
 mod ops;
 mod parser;
 mod plain;
 pub mod rules;
+mod stray;
 
 pub use block::{Block, Call, Message, MessageKind, Word, letter_bit, letter_set};
 pub use control::{Assignment, Control, Label, Statement};

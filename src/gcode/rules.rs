@@ -1,10 +1,10 @@
 //! The rules that a program can break: name, severity and one sentence each. `samples/bad/` holds
-//! a program for every one of them.
+//! a program for every one of them, `samples/mended/` the same without the mistake.
 
 use crate::base::{Axis, Severity};
 
 /// A rule that a program can break.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(PartialEq, Eq)]
 pub struct Rule {
     /// Its name, as shown and as `samples/bad/` names its file.
     pub name: &'static str,
@@ -12,14 +12,37 @@ pub struct Rule {
     pub severity: Severity,
     /// What is wrong with a program that breaks it.
     pub meaning: &'static str,
+    /// A program that breaks it; its first line is a comment that tells the diagnostic.
+    pub bad: &'static str,
+    /// The same program without the mistake.
+    pub mended: &'static str,
+}
+
+/// By its name: the programs would hide all else.
+impl std::fmt::Debug for Rule {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Rule").field(&self.name).finish()
+    }
+}
+
+/// A rule, with its programs from the samples.
+macro_rules! rule {
+    ($severity:ident $name:literal $meaning:expr) => {
+        Rule {
+            name: $name,
+            severity: Severity::$severity,
+            meaning: $meaning,
+            bad: include_str!(concat!("../../samples/bad/", $name, ".nc")),
+            mended: include_str!(concat!("../../samples/mended/", $name, ".nc")),
+        }
+    };
 }
 
 macro_rules! rules {
     ($($id:ident $severity:ident $name:literal $meaning:literal;)*) => {
         $(
             #[doc = $meaning]
-            pub static $id: Rule =
-                Rule { name: $name, severity: Severity::$severity, meaning: $meaning };
+            pub static $id: Rule = rule!($severity $name $meaning);
         )*
         static LISTED: &[&Rule] = &[$(&$id),*];
     };
@@ -29,7 +52,10 @@ rules! {
     NOT_TEXT Error "not-text" "The file holds bytes that no NC program has: it is something else.";
     LINE_TOO_LONG Error "line-too-long" "A line is longer than 64 KiB.";
     BAD_CHARACTER Error "bad-character" "A character that belongs to no word and no comment.";
+    LOOK_ALIKE Error "look-alike" "A character that looks like one of a program and is another, as a typographic minus.";
+    DECIMAL_COMMA Error "decimal-comma" "A comma stands where a decimal point belongs.";
     OPEN_COMMENT Error "open-comment" "A comment begins with ( and has no ) on its line.";
+    NESTED_COMMENT Error "nested-comment" "A comment inside of a comment: controls differ in where it ends.";
     MISSING_NUMBER Error "missing-number" "A letter is not followed by a number.";
     BAD_NUMBER Error "bad-number" "A number that cannot be read, or that is too large.";
     REPEATED_WORD Error "repeated-word" "A letter that may stand once in a block stands there twice.";
@@ -83,6 +109,7 @@ rules! {
     NURBS_OPEN Error "nurbs-open" "Something else stands in a NURBS, or the program ends in one.";
     NURBS_UNOPENED Error "nurbs-unopened" "G5.3 ends a NURBS that G5.2 has not begun.";
     SPINDLE_SPEED Warning "spindle-speed" "A spindle speed beyond the machine's greatest.";
+    RAPID_INTO_WORK Warning "rapid-into-work" "G0 goes down below Z0 of the work while the spindle turns.";
     FEED_UNITS Warning "feed-units" "A block sets the feed and changes the units, which controls take in different orders.";
     BLOCK_DELETE Warning "block-delete" "Lines that begin with / are executed: block delete is off.";
     CALL_ALONE Error "call-alone" "Other words stand beside a subroutine call or a statement of control flow.";
@@ -108,16 +135,8 @@ macro_rules! limits {
     ($($axis:ident $min:literal $max:literal;)*) => {
         /// The rules of travel: for each axis, below its least and above its greatest position.
         pub static LIMITS: [[Rule; 2]; 9] = [$([
-            Rule {
-                name: $min,
-                severity: Severity::Error,
-                meaning: concat!(stringify!($axis), " moves below its least machine position."),
-            },
-            Rule {
-                name: $max,
-                severity: Severity::Error,
-                meaning: concat!(stringify!($axis), " moves above its greatest machine position."),
-            },
+            rule!(Error $min concat!(stringify!($axis), " moves below its least machine position.")),
+            rule!(Error $max concat!(stringify!($axis), " moves above its greatest machine position.")),
         ]),*];
     };
 }

@@ -115,7 +115,8 @@ impl ArcTask<'_> {
                 difference * self.steps_per_mm
             );
             let fault = Fault::block(rule, self.block, message);
-            faults.push(match self.remedy(center, start_radius) {
+            let remedy = self.absolute_center(offset).or_else(|| self.remedy(center, start_radius));
+            faults.push(match remedy {
                 Some(remedy) => fault.help(remedy),
                 None => fault,
             });
@@ -161,6 +162,18 @@ impl ArcTask<'_> {
             self.start_mm[0] + chord[0] / 2.0 - chord[1] * share,
             self.start_mm[1] + chord[1] / 2.0 + chord[0] * share,
         ])
+    }
+
+    /// Whether the centre's words fit as positions, and what to write then.
+    fn absolute_center(&self, offset: [f64; 2]) -> Option<String> {
+        let center = [0, 1].map(|i| self.end_origin_mm[i] + offset[i] * self.mm_per_unit);
+        let radii = [self.start_mm, self.end_mm].map(|end| distance(end, center));
+        let fits = (radii[0] - radii[1]).abs() < self.tolerance_mm && radii[0] > self.tolerance_mm;
+        if !fits || self.end_origin_mm == self.start_mm {
+            return None;
+        }
+        let [first, second] = self.plane.axes().map(|axis| char::from(center_letter(axis)));
+        Some(format!("as positions {first} and {second} fit: write G90.1 before"))
     }
 
     /// Which single word would make both radii equal: one of the end, one of the centre.

@@ -31,6 +31,10 @@ pub struct Summary {
     pub end_mm: Point,
     /// Least and greatest position of each of the machine's axes; none where nothing moves.
     pub extents_mm: AxisMap<Option<[f64; 2]>>,
+    /// How far the part may be shifted along each axis and still fit: the least and the greatest
+    /// shift. Where the least is greater, the part is larger than the travel, by the difference.
+    /// None on axes without travel, and where nothing moves.
+    pub shifts_mm: AxisMap<Option<[f64; 2]>>,
     /// Axes that some word of the program addresses.
     pub axes_used: AxisSet,
 }
@@ -109,11 +113,13 @@ pub fn check(
     if let Some(travel) = run.engine.travel.take() {
         travel.report(&mut run.engine.findings);
         summary.extents_mm = travel.extents_mm(machine);
+        summary.shifts_mm = travel.shifts_mm(machine);
     }
     summary.lines = u64::from(run.lines.number());
     summary.blocks = run.engine.blocks;
     summary.end_mm = run.engine.executor.position_mm();
     summary.axes_used = run.engine.executor.axes_used;
+    run.engine.plunges.report(summary.axes_used, &mut run.engine.findings);
     let hashes = run.library.inputs.list.iter();
     let inputs = hashes.map(|input| (input.source.name().to_owned(), input.sha256)).collect();
     let mut diagnostics = run.engine.findings.list;
@@ -177,7 +183,10 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
                 after_end_said = true;
                 let message = "this and what follows stands after the program's end: it is not run";
                 let fault = Fault::block(&rules::AFTER_END, &block, message);
-                run.engine.findings.add(fault.help("write M30 after it, or take it out"), place);
+                run.engine.findings.add(
+                    fault.help("move the program's end (M2, M30 or %) behind it, or take it out"),
+                    place,
+                );
             }
         }
         if reported {

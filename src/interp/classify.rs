@@ -1,15 +1,26 @@
 //! Which codes a block holds, and whether they can stand together.
 
 use crate::gcode::codes::{
-    self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
+    self, ARC_LETTERS, AXIS_LETTERS, CODES, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
 };
-use crate::gcode::{Block, Fault, find_lathe, letter_bit, rules};
+use crate::gcode::{Block, Fault, LATHE_CODES, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
 use super::spline::{LOOK_AHEAD_LETTERS, is_look_ahead};
 use super::threading::THREAD_LETTERS;
-use super::words::{conflict, go_together, unsupported};
+use super::words::{conflict, exponent, go_together, is_told, unknown, unsupported, unused};
+
+impl MotionMode {
+    /// The code that puts it in force, if one does.
+    pub(super) fn code(self) -> Option<&'static Code> {
+        let puts = |code: &&Code| code.op.and_then(motion_of) == Some(self);
+        match self {
+            MotionMode::None | MotionMode::Foreign => None,
+            _ => CODES.iter().chain(LATHE_CODES).find(puts),
+        }
+    }
+}
 
 impl Executor<'_> {
     /// Finds the codes of a block and what is wrong with them by themselves.
@@ -28,11 +39,9 @@ impl Executor<'_> {
             }
             let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
             let Some(code) = own.or_else(|| codes::find(word.letter, word.value)) else {
-                faults.push(Fault::word(
-                    &rules::UNKNOWN_WORD,
-                    word,
-                    format!("there is no {word} in any dialect known here"),
-                ));
+                if !is_told(word, faults) {
+                    faults.push(unknown(word));
+                }
                 asked.is_foreign = true;
                 continue;
             };
@@ -66,6 +75,13 @@ impl Executor<'_> {
             asked.is_faulty |= self.claims_twice(block, faults);
         }
         asked
+    }
+
+    /// Whether the block at hand has led to positions of the machine, which do not shift with the
+    /// work: G53, G28, G30.
+    pub(super) fn names_machine_positions(&self) -> bool {
+        let names = |op: &Op| matches!(op, Op::MachineCoordinates | Op::GoToReference(_));
+        self.codes.iter().any(|(_, op)| names(op))
     }
 
     /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
@@ -127,20 +143,11 @@ impl Executor<'_> {
             return false;
         }
         for word in block.words().iter().filter(|word| letter_bit(word.letter) & !used != 0) {
-            if word.letter == b'E' {
-                let message = format!("{word} means nothing here");
-                let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-                faults.push(fault.help("numbers have no exponents: write all digits"));
-                continue;
+            if word.letter != b'E' {
+                faults.push(unused(word, mode));
+            } else if !is_told(word, faults) {
+                faults.push(exponent(word, block));
             }
-            let message = format!("nothing in this block makes use of {word}");
-            let fault = Fault::word(&rules::UNUSED_WORD, word, message);
-            faults.push(match word.letter {
-                b'I' | b'J' | b'K' | b'R' => fault.help("arcs need G2 or G3 in force"),
-                b'D' => fault.help("D goes with G41 and G42, the tool whose radius they take"),
-                b'H' => fault.help("H goes with G43, the tool's length"),
-                _ => fault.help("leave it out, or write the code that it belongs to"),
-            });
         }
         true
     }

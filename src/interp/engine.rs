@@ -1,18 +1,20 @@
 //! One block, whatever stands on it: expressions get their values, parameters are set, messages are
 //! said, and what is left goes to the executor.
 
-use crate::base::{Event, EventKind, Machine};
+use crate::base::{Axis, Event, EventKind, Machine};
 use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
 
 use super::Options;
 use super::check::Said;
 use super::duration::too_slow;
-use super::execute::{Executor, Output, is_error};
+use super::execute::{Executor, MotionMode, Output, is_error};
+use super::feed::Turning;
 use super::findings::{Findings, Place};
 use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
+use super::plunge::{Plunges, is_cut};
 use super::system::read_only;
 use super::travel::Travel;
 use super::turning::Contour;
@@ -29,6 +31,8 @@ pub(super) struct Engine<'a> {
     pub findings: Findings,
     /// Travel, where the run is a check.
     pub travel: Option<Travel>,
+    /// Rapids into the work, where the run is a check.
+    pub plunges: Plunges,
     /// What the program says, where the run is a check.
     pub said: Vec<Said>,
     /// The contour that is being read.
@@ -52,6 +56,7 @@ impl<'a> Engine<'a> {
             parameters: Parameters::new(options.dialect),
             findings: Findings::new(max),
             travel: None,
+            plunges: Plunges::default(),
             said: Vec::new(),
             contour: None,
             blocks: 0,
@@ -340,9 +345,24 @@ impl<'a> Engine<'a> {
     /// program is checked.
     fn judge(&mut self, motions: &[Motion], block: &Block, place: Place<'_>) {
         let Some(travel) = &mut self.travel else { return };
-        let open = self.executor.open_axes();
+        if motions.is_empty() {
+            return;
+        }
+        let executor = &self.executor;
+        let open = executor.open_axes();
+        let is_machine = executor.names_machine_positions();
+        self.plunges.spindle(executor.turning != Turning::Stopped);
+        let judges_rapids = executor.motion == MotionMode::Rapid && !is_machine && open.is_empty();
         for motion in motions {
             if let Motion::Move(step) = motion {
+                if is_cut(step) {
+                    self.plunges.cut(step);
+                } else if judges_rapids && step.to[Axis::Z] != step.from[Axis::Z] {
+                    let ends_mm =
+                        [&step.from, &step.to].map(|point| executor.frames.program(point));
+                    self.plunges.rapid(step, ends_mm, block, place);
+                }
+                travel.named_in(step, is_machine, executor.absolute);
                 travel.add(step, block, place, open);
                 if open.is_empty() {
                     self.faults.extend(too_slow(step, block));

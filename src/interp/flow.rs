@@ -479,8 +479,10 @@ impl Run<'_> {
                 }
             }
             let around = format!("{} calls {label}", names.join(" calls "));
-            let message = format!("{around}, {depth} calls deep: does this ever end?");
-            return Some(Fault::block(&rules::RECURSION, block, message));
+            let deep = if depth > 0 { format!(", {depth} calls deep") } else { String::new() };
+            let message = format!("{around}{deep}: does this ever end?");
+            let fault = Fault::block(&rules::RECURSION, block, message);
+            return Some(fault.help("a repetition is written by L, or as a loop: o1 repeat [3]"));
         }
         if depth >= CALL_DEPTH_MAX {
             let message = format!("{label} is called {CALL_DEPTH_MAX} calls deep already");

@@ -32,6 +32,7 @@ mod nurbs;
 mod offsets;
 mod parameters;
 mod plain_move;
+mod plunge;
 mod polar;
 mod probe;
 mod program;

@@ -78,7 +78,7 @@ impl Executor<'_> {
             MotionMode::None => {
                 let message = format!("{first} moves an axis, but no motion code is in force");
                 let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);
-                out.faults.push(fault.help("write G0 or G1 before it"));
+                out.faults.push(fault.help("write G0 or G1 before it: G80 ends what was in force"));
                 None
             }
             MotionMode::Rapid => Some(MoveKind::Rapid),

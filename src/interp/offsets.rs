@@ -281,8 +281,13 @@ impl Executor<'_> {
 
     /// A tool that the table lacks.
     pub(super) fn unknown_tool(&self, number: u32, block: &Block) -> Fault {
-        let message = format!("tool {number} does not stand in the tool table");
-        let fault = match block.word(b'H').or(block.word(b'D')) {
+        let word = block.word(b'H').or(block.word(b'D'));
+        let message = if number == 0 && word.is_none() {
+            "no H or D names a tool, and none is in the spindle (T and M6)".to_owned()
+        } else {
+            format!("tool {number} does not stand in the tool table")
+        };
+        let fault = match word {
             Some(word) => Fault::word(&rules::UNKNOWN_TOOL, word, message),
             None => Fault::block(&rules::UNKNOWN_TOOL, block, message),
         };

@@ -4,12 +4,12 @@
 //! the loops and branches of the main program, and the main program itself once a GOTO in it is
 //! taken. Where these lead is in [`super::flow`].
 
-use std::io;
+use std::io::{self, Read};
 use std::rc::Rc;
 
 use crate::base::source::SourceReader;
 use crate::base::{Machine, Source};
-use crate::gcode::{Block, Fault, Label, Lines, rules};
+use crate::gcode::{Block, Fault, LINE_BYTES_MAX, Label, Lines, rules};
 
 use super::body::Body;
 use super::engine::Engine;
@@ -65,6 +65,7 @@ pub(super) struct Run<'a> {
     pub engine: Engine<'a>,
     pub lines: Lines<SourceReader>,
     pub library: Library,
+    source: Source,
     pub tape: Tape,
     pub end: End,
     /// The block read last from the main program's text.
@@ -105,6 +106,7 @@ impl<'a> Run<'a> {
             tape: Tape::default(),
             end: End::Running,
             block: Block::default(),
+            source: source.clone(),
             rest_in_program: false,
             text,
             dialect: options.dialect,
@@ -152,8 +154,7 @@ impl<'a> Run<'a> {
     fn step_main(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {
         let Some(line) = self.lines.next_line()? else {
             self.end = End::Text;
-            self.missing_end();
-            return Ok(());
+            return self.missing_end(false);
         };
         let engine = &mut self.engine;
         parse_line(&line, &mut self.block, &mut engine.faults, self.text);
@@ -174,8 +175,7 @@ impl<'a> Run<'a> {
                     }
                     engine.report(place, false);
                     self.end = End::NextProgram;
-                    self.missing_end();
-                    return Ok(());
+                    return self.missing_end(true);
                 }
                 self.main_label = Some(Label::Number(number));
             }
@@ -209,8 +209,7 @@ impl<'a> Run<'a> {
         let at = frame.next;
         frame.next += 1;
         let Some((block, line, text)) = body.get(at) else {
-            self.end_of_frame();
-            return Ok(());
+            return self.end_of_frame();
         };
         let calls = Rc::clone(&self.calls);
         let place = Place { line, text, calls: &calls, file: body.file_name.as_deref() };
@@ -269,7 +268,7 @@ impl<'a> Run<'a> {
     }
 
     /// Goes on behind what has come to its end.
-    fn end_of_frame(&mut self) {
+    fn end_of_frame(&mut self) -> io::Result<()> {
         match self.frames.last().map(|frame| frame.kind) {
             Some(FrameKind::Section) => {
                 self.frames.pop();
@@ -277,20 +276,44 @@ impl<'a> Run<'a> {
             Some(FrameKind::Main) => {
                 self.end = if self.rest_in_program { End::NextProgram } else { End::Text };
                 if !self.block.percent {
-                    self.missing_end();
+                    return self.missing_end(self.rest_in_program);
                 }
             }
             Some(FrameKind::Call { .. }) | None => self.leave(),
         }
+        Ok(())
     }
 
-    /// Warns of a main program without an end, unless it has no block at all.
-    fn missing_end(&mut self) {
-        if self.engine.blocks > 0 {
-            let message = "the program ends without M2, M30 or a closing %";
-            let place = Place { line: self.lines.number(), text: b"", calls: &[], file: None };
-            let fault = Fault::new(&rules::MISSING_END, 0, 1, message);
+    /// Warns of a main program without an end, unless it has no block at all; `is_over`: the line
+    /// read last is no part of it any more.
+    fn missing_end(&mut self, is_over: bool) -> io::Result<()> {
+        // What is run a second time has been warned of.
+        if self.engine.blocks > 0 && self.engine.travel.is_some() {
+            let (number, text) = self.last_line(is_over)?;
+            let message = "the program ends here, without M2, M30 or a closing %";
+            let place = Place { line: number, text: &text, calls: &[], file: None };
+            let fault = Fault::new(&rules::MISSING_END, 0, text.len() as u32, message);
             self.engine.findings.add(fault.help("end it by a block of M30"), place);
         }
+        Ok(())
+    }
+
+    /// The last line up to where the text has been read that is not blank, and its number;
+    /// `is_over`: without the line read last.
+    fn last_line(&self, is_over: bool) -> io::Result<(u32, Vec<u8>)> {
+        let end = self.lines.offset();
+        let begin = end.saturating_sub(LINE_BYTES_MAX as u64);
+        let mut lines = Lines::new(self.source.reader(begin).take(end - begin), begin, 1);
+        let mut found = [(0, Vec::new()), (0, Vec::new())];
+        while let Some(line) = lines.next_line()? {
+            if !line.bytes.trim_ascii().is_empty() {
+                found.swap(0, 1);
+                found[1] = (line.number, line.bytes.trim_ascii_end().to_vec());
+            }
+        }
+        let behind = lines.number();
+        let [before, last] = found;
+        let (number, text) = if is_over { before } else { last };
+        Ok((self.lines.number().saturating_sub(behind - number).max(1), text))
     }
 }

@@ -7,10 +7,9 @@
 //! they mean there: [`super::macro_variables`].
 
 use crate::base::{Axis, Plane};
-use crate::gcode::codes::{CODES, Code};
 use crate::gcode::rules;
 
-use super::execute::{Executor, MotionMode, motion_of};
+use super::execute::Executor;
 use super::feed::{FeedMode, Turning};
 use super::parameters::{NoValue, refuse};
 
@@ -210,10 +209,7 @@ impl Executor<'_> {
 
     /// The motion code in force, ten times its number.
     pub(super) fn motion_number(&self) -> f64 {
-        let is_own = |code: &&Code| code.op.and_then(motion_of) == Some(self.motion);
-        let has_none = matches!(self.motion, MotionMode::None | MotionMode::Foreign);
-        let own = CODES.iter().find(is_own).filter(|_| !has_none);
-        own.map_or(800.0, |code| code.tenths.into())
+        self.motion.code().map_or(800.0, |code| code.tenths.into())
     }
 
     /// The feed in force as F would give it.

@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline};
+use cnc::gcode::rules;
 use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
 
 use crate::args::Global;
@@ -37,7 +38,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
     let mut errors = checked.diagnostics.iter().filter(as_json);
-    let written = errors.try_for_each(|error| write_error(&mut out, error));
+    let written = errors.try_for_each(|error| write_error(&mut out, error, &checked));
     unless_unread(written.and_then(|()| out.flush()))?;
     let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
     report::diagnostics(source.name(), drawn, global);
@@ -84,9 +85,16 @@ struct ErrorLine<'a> {
     /// The file of a subprogram, where it is not the program's own.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a str>,
+    /// Of an axis that leaves its travel: the least and the greatest shift of the part that makes it
+    /// fit, in mm or degrees; the first is greater than the last where the part is too large.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shift_mm: Option<[f64; 2]>,
 }
 
-fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> {
+fn write_error(out: &mut impl Write, diagnostic: &Diagnostic, checked: &Checked) -> io::Result<()> {
+    let of_rule =
+        |axis: &Axis| rules::limits(*axis).iter().any(|rule| rule.name == diagnostic.rule);
+    let axis = Axis::ALL.into_iter().find(of_rule);
     let line = ErrorLine {
         r#type: "error",
         rule: diagnostic.rule,
@@ -96,6 +104,7 @@ fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> 
         help: diagnostic.help.as_deref(),
         calls: &diagnostic.calls,
         file: diagnostic.file.as_deref(),
+        shift_mm: axis.and_then(|axis| checked.summary.shifts_mm[axis]),
     };
     writeln!(out, "{}", serde_json::to_string(&line)?)
 }
@@ -117,8 +126,8 @@ fn write_summary(
     writeln!(out)?;
     writeln!(
         out,
-        "{:>4} {:>11} {:>11} {:>11} {:>11}",
-        "axis", "start", "end", "least", "greatest"
+        "{:>4} {:>11} {:>11} {:>11} {:>11}  {:>26}",
+        "axis", "start", "end", "least", "greatest", "may be shifted by"
     )?;
     for profile in &machine.axes {
         let axis = profile.axis;
@@ -127,7 +136,11 @@ fn write_summary(
         }
         let (start, end) = (summary.start_mm[axis], summary.end_mm[axis]);
         let [least, greatest] = summary.extents_mm[axis].unwrap_or([start; 2]);
-        writeln!(out, "{axis:>4} {start:>11.3} {end:>11.3} {least:>11.3} {greatest:>11.3}")?;
+        write!(out, "{axis:>4} {start:>11.3} {end:>11.3} {least:>11.3} {greatest:>11.3}")?;
+        match summary.shifts_mm[axis] {
+            Some([low, high]) => writeln!(out, "  {low:>+11.3} to {high:>+11.3}")?,
+            None => writeln!(out)?,
+        }
     }
     writeln!(out)
 }
