@@ -161,7 +161,6 @@ pub static FOREIGN: &[Foreign] = &[
     ms(40, 46, "many controls", "gears of the spindle", "set the gear by hand, or leave it out if the machine has one"),
     m(47, "Mach3, FANUC", "runs the program from its beginning again", "write the repetition as a loop, as o100 repeat [5]"),
     ms(54, 59, "builders of machines", "functions of the machine; M56 of grbl: parks", CHECK),
-    m(66, "LinuxCNC", "waits for an input", CHECK),
     m(69, "builders of machines", "clamps, mirror images, modes", CHECK),
     ms(74, 79, "builders of machines", "clamps, mirror images, modes", CHECK),
     ms(80, 81, "3D printers", "power on or off; of machine tools: doors", CHECK),
