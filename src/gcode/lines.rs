@@ -67,14 +67,10 @@ impl<R: Read> Lines<R> {
     ///
     /// # Errors
     /// When the text cannot be read.
+    #[inline]
     pub fn next_line(&mut self) -> io::Result<Option<Line<'_>>> {
-        if self.offset == 0 {
-            self.skip_byte_order_mark()?;
-        }
-        match self.unread {
-            Unread::Nothing => {}
-            Unread::LineFeed => self.skip_line_feed()?,
-            Unread::Rest => self.skip_rest()?,
+        if self.offset == 0 || self.unread != Unread::Nothing {
+            self.begin_line()?;
         }
         let mut searched = 0;
         let length = loop {
@@ -115,6 +111,18 @@ impl<R: Read> Lines<R> {
     fn skip(&mut self, count: usize) {
         self.start += count;
         self.offset += count as u64;
+    }
+
+    /// Steps over what is of no line: a byte order mark, the rest of the line before.
+    fn begin_line(&mut self) -> io::Result<()> {
+        if self.offset == 0 {
+            self.skip_byte_order_mark()?;
+        }
+        match self.unread {
+            Unread::Nothing => Ok(()),
+            Unread::LineFeed => self.skip_line_feed(),
+            Unread::Rest => self.skip_rest(),
+        }
     }
 
     /// Steps over the first byte of a line end, if the buffer begins with one.

@@ -13,7 +13,9 @@ use super::feed::Turning;
 use super::findings::{Findings, Place};
 use super::flow::Flow;
 use super::motion::Motion;
-use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
+use super::parameters::{
+    NoValue, Parameters, Reason, SYSTEM_FIRST, Set, Target, is_empty, is_macro_call, plain,
+};
 use super::plunge::{Plunges, is_cut};
 use super::system::read_only;
 use super::travel::Travel;
@@ -86,6 +88,7 @@ impl<'a> Engine<'a> {
         flow
     }
 
+    #[inline(never)]
     fn compute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         let mut computed = self.computed.take().unwrap_or_default();
         computed.copy_words(block);
@@ -274,6 +277,7 @@ impl<'a> Engine<'a> {
     /// Sets a parameter of the control or of the program.
     fn set_one(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
         let own = match target {
+            Target::Number(number) if *number < SYSTEM_FIRST => None,
             Target::Number(number) => self.executor.set_parameter(*number, plain(value)),
             Target::Name(name) => self.parameters.is_own(name, &self.executor).then(|| {
                 let message = format!("#<{name}> is the control's own: it can only be read");
@@ -412,8 +416,9 @@ fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
 }
 
 fn fault(error: NoValue, start: u32, end: u32) -> Fault {
-    let fault = Fault::new(error.rule, start, end, error.message);
-    match error.help {
+    let Reason { rule, message, help } = *error;
+    let fault = Fault::new(rule, start, end, message);
+    match help {
         Some(help) => fault.help(help),
         None => fault,
     }

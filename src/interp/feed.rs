@@ -60,7 +60,7 @@ impl Executor<'_> {
             }
         }
         if block.letters() & FREE_LETTERS & !letter_bit(b'G') != 0 {
-            self.set_free_words(block, asked, out);
+            self.set_free_words(block, asked.is_faulty, out);
         }
         self.mm_per_unit = self.units_after();
     }
@@ -74,7 +74,12 @@ impl Executor<'_> {
         }
     }
 
-    pub(super) fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+    pub(super) fn set_free_words(
+        &mut self,
+        block: &Block,
+        is_faulty: bool,
+        out: &mut Output<'_>,
+    ) {
         if let Some(word) = block.word(b'F') {
             self.set_feed(word, out.faults);
         }
@@ -95,7 +100,7 @@ impl Executor<'_> {
             out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
         }
         for letter in [b'N', b'O'] {
-            if let Some(word) = block.word(letter).filter(|_| !asked.is_faulty) {
+            if let Some(word) = block.word(letter).filter(|_| !is_faulty) {
                 whole(word, 999_999_999, out.faults);
             }
         }

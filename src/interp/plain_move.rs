@@ -46,12 +46,12 @@ impl Executor<'_> {
         }
         self.codes.clear();
         if letters & (letter_bit(b'N') | letter_bit(b'F')) != 0 {
-            self.set_free_words(block, asked, out);
+            self.set_free_words(block, false, out);
         }
         if let Some(op) = op {
             self.set_motion(op, &mut asked);
         }
-        self.run_motion(block, asked, out);
+        self.run_motion(block, &mut asked, out);
         true
     }
 }
