@@ -129,20 +129,21 @@ impl Executor<'_> {
     }
 
     /// Where the axis words lead; the position that a faulty word leads to is open.
+    #[inline]
     pub(super) fn target(
         &mut self,
         block: &Block,
         asked: &Asked,
         faults: &mut Vec<Fault>,
     ) -> Point {
-        if (!self.frames.is_plain() || self.polar) && !asked.machine_coordinates {
-            let program = self.program_target(block, faults);
-            if asked.is_faulty {
-                self.forget_position();
-            }
-            return self.place(&program);
+        if (self.frames.is_plain() && !self.polar) || asked.machine_coordinates {
+            return self.plain_target(block, asked, faults);
         }
-        self.plain_target(block, asked, faults)
+        let program = self.program_target(block, faults);
+        if asked.is_faulty {
+            self.forget_position();
+        }
+        self.place(&program)
     }
 
     /// The same where frames only shift.
