@@ -124,6 +124,11 @@ impl<R: Read> Lines<R> {
         self.offset
     }
 
+    /// What the lines are read from, which may be ahead of them.
+    pub fn into_reader(self) -> R {
+        self.reader
+    }
+
     /// Number of the line read last.
     pub fn number(&self) -> u32 {
         self.number
