@@ -222,6 +222,9 @@ impl<'a> Run<'a> {
         }
         let flow = self.engine.execute(block, place, motions);
         self.engine.report(place, true);
+        if flow == Flow::Next {
+            return Ok(());
+        }
         self.follow(flow, block, place, motions)
     }
 
