@@ -213,7 +213,7 @@ impl<'a> Engine<'a> {
                 }
                 Ok(value) => computed.give_value(*place, plain(value)),
                 Err(error) => {
-                    self.faults.push(fault(error, word.start, word.end));
+                    self.faults.push(fault(*error, word.start, word.end));
                     self.left_out.push(*place);
                     // That a feed is missing then need not be said.
                     self.executor.feed_missed |= word.letter == b'F';
@@ -255,10 +255,10 @@ impl<'a> Engine<'a> {
         let value = self.parameters.value(block.code(assignment.value), &self.executor);
         // What has no value is set all the same: one fault shall not make others.
         let value = value.unwrap_or_else(|error| {
-            self.faults.push(fault(error, start, end));
+            self.faults.push(fault(*error, start, end));
             0.0
         });
-        let tell = |error| self.faults.push(fault(error, start, end));
+        let tell = |error: NoValue| self.faults.push(fault(*error, start, end));
         Some((target.map_err(tell).ok()?, value))
     }
 
@@ -284,7 +284,7 @@ impl<'a> Engine<'a> {
                 self.faults.push(Fault::new(&rules::ALARM, start, end, message));
                 return true;
             }
-            Err(error) => self.faults.push(fault(error, start, end)),
+            Err(error) => self.faults.push(fault(*error, start, end)),
         }
         false
     }
@@ -319,7 +319,7 @@ impl<'a> Engine<'a> {
             Ok(value) => Some(value),
             Err(error) => {
                 let (start, end) = block.extent();
-                self.faults.push(fault(error, start, end));
+                self.faults.push(fault(*error, start, end));
                 None
             }
         }
@@ -438,8 +438,8 @@ fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
     }
 }
 
-fn fault(error: NoValue, start: u32, end: u32) -> Fault {
-    let Reason { rule, message, help } = *error;
+fn fault(reason: Reason, start: u32, end: u32) -> Fault {
+    let Reason { rule, message, help } = reason;
     let fault = Fault::new(rule, start, end, message);
     match help {
         Some(help) => fault.help(help),

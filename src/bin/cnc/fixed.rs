@@ -62,7 +62,8 @@ mod tests {
 
     #[test]
     fn numbers_are_written_as_by_the_standard_formatter() {
-        for value in [0.0, 0.0005, 0.0015, 0.5, 1.0, 9.9996, 999_999.9999, 1e6, 1e15, f64::INFINITY]
+        for value in
+            [0.0, 0.0005, 0.0015, 0.5, 1.0, 9.9996, 999_999.999_9, 1e6, 1e15, f64::INFINITY]
         {
             for decimals in 0..4 {
                 check(value, 10, decimals);
