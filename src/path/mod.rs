@@ -3,8 +3,10 @@
 //! Arcs and helices stay what they are; nothing is chopped into chords. Moves that go nowhere are
 //! left out. This stage knows no speed but the feed asked for, no steps and no ticks.
 
+mod rates;
 mod segment;
 
+pub use rates::Rates;
 pub use segment::{Arc, AxisRate, Curve, PathItem, Segment};
 
 use crate::interp::{FULL_CIRCLE_MM, Motion, Move, MoveKind};

@@ -1,0 +1,87 @@
+//! How fast the path may be where two segments meet.
+//!
+//! ```text
+//!            t₁  __,-  after          On each axis the speed steps by v·|t₂ - t₁|. Allowed is
+//!           __,-'                      - what a tick-sampled machine sees of its acceleration,
+//!  --------* junction                    or the motor's start-stop speed, whichever is more;
+//!  before  t₂                          - v²·|t₂ - t₁| / L ≤ a, with L the mean of both lengths:
+//!                                        so a finely chopped arc is no faster than the arc.
+//! ```
+
+use crate::base::machine::AxisProfile;
+use crate::base::{Axis, AxisMap, Machine};
+use crate::interp::Corner;
+use crate::path::{Rates, Segment};
+
+use super::Bound;
+
+/// Changes of direction below this are rounding of positions, not corners.
+const STRAIGHT: f64 = 1e-9;
+
+/// A junction, as the segment before and the one after make it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Junction {
+    /// Square of the greatest speed.
+    pub speed_sq_max: f64,
+    /// What sets it.
+    pub bound: Bound,
+    /// Angle between the directions in X, Y and Z, for the chords that ticks make of it.
+    pub turn_rad: f64,
+}
+
+impl Junction {
+    /// Where the machine is at rest anyway.
+    pub const REST: Junction = Junction { speed_sq_max: 0.0, bound: Bound::Stop, turn_rad: 0.0 };
+
+    /// Where nothing changes.
+    pub const STRAIGHT: Junction =
+        Junction { speed_sq_max: f64::INFINITY, bound: Bound::Feed, turn_rad: 0.0 };
+
+    /// The same, at rest.
+    pub fn stopped(self) -> Junction {
+        Junction { turn_rad: self.turn_rad, ..Junction::REST }
+    }
+
+    /// Between two segments.
+    pub fn between(before: &Segment, after: &Segment, machine: &Machine) -> Junction {
+        let [a, b] = [before.rates_at(1.0), after.rates_at(0.0)];
+        let turn_rad = angle(&a, &b);
+        if before.corner == Corner::Stop {
+            return Junction { turn_rad, ..Junction::REST };
+        }
+        let change = AxisMap::from_fn(|axis| (b.tangent[axis] - a.tangent[axis]).abs());
+        let length_mm = 0.5 * (before.length_mm() + after.length_mm());
+        let mut junction = Junction { turn_rad, ..Junction::STRAIGHT };
+        for profile in &machine.axes {
+            let change = change[profile.axis];
+            if change > STRAIGHT {
+                let jump_mm_s = jump_mm_s(profile, machine) / change;
+                let spread_sq = profile.accel_max_mm_s2 * length_mm / change;
+                let speed_sq = (jump_mm_s * jump_mm_s).min(spread_sq);
+                if speed_sq < junction.speed_sq_max {
+                    junction.speed_sq_max = speed_sq;
+                    junction.bound = Bound::Corner(profile.axis);
+                }
+            }
+        }
+        junction
+    }
+}
+
+/// The speed step that an axis may make at once.
+fn jump_mm_s(profile: &AxisProfile, machine: &Machine) -> f64 {
+    (profile.accel_max_mm_s2 * machine.bus.tick_s()).max(profile.start_speed_mm_s)
+}
+
+/// The angle between two directions in X, Y and Z; 0 where one of them does not move these.
+fn angle(a: &Rates, b: &Rates) -> f64 {
+    let [a, b] = [a, b].map(|rates| Axis::LINEAR.map(|axis| rates.tangent[axis]));
+    let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let cross = [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ];
+    let turn_rad = dot(&cross, &cross).sqrt().atan2(dot(&a, &b));
+    if turn_rad > STRAIGHT { turn_rad } else { 0.0 }
+}
