@@ -41,7 +41,7 @@ fn circle(machine: &Machine) -> Segment {
 fn commands(segments: &[Segment], machine: &Machine) -> impl Iterator<Item = Command> {
     let start = machine.work_zero_mm;
     let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
-    let plan = plan::plan(path, machine, Feed::ExactStop, start);
+    let plan = plan::plan(path, machine, Feed::LookAhead, &seams, start);
     step::interpolate(plan, machine, start).map(|command| match command {
         Ok(command) => command,
         Err(never) => match never {},

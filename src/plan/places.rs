@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 use crate::base::{AxisSet, Machine};
 use crate::path::{Curve, Segment};
 
+use super::Feed;
 use super::lookahead::Decided;
 use super::piece::Piece;
 use super::seams::SeamKind;
@@ -88,6 +89,7 @@ impl Place {
 /// Turns a plan without seams into places.
 #[derive(Debug)]
 pub struct Places {
+    has_ramps: bool,
     tick_s: f64,
     ticks_max: f64,
     corner_mm: f64,
@@ -123,8 +125,9 @@ struct EndedBlock {
 
 impl Places {
     /// From the start of the job.
-    pub fn new(machine: &Machine) -> Places {
+    pub fn new(machine: &Machine, feed: Feed) -> Places {
         Places {
+            has_ramps: feed != Feed::Constant,
             tick_s: machine.bus.tick_s(),
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
@@ -225,14 +228,15 @@ impl Places {
     }
 
     fn place(&mut self, share: f64, kind: SeamKind, is_inside: bool, rests: bool) {
-        if rests && self.may_wait() {
+        let stops = rests || !self.has_ramps;
+        if stops && self.may_wait() {
             self.waits += 1;
         }
         if !rests && self.at_ticks < self.last_at_ticks + APART_TICKS {
             return;
         }
-        let before_ticks = if rests { 0.0 } else { self.braking_ticks() };
-        if rests {
+        let before_ticks = if stops { 0.0 } else { self.braking_ticks() };
+        if stops {
             self.behind.clear();
         }
         self.last_at_ticks = self.at_ticks;
@@ -248,7 +252,7 @@ impl Places {
             moving: std::mem::replace(&mut self.moving, AxisSet::EMPTY),
             stretch: self.stretch,
             waits: self.waits,
-            catching_up_sq: (!rests).then_some(0.0),
+            catching_up_sq: (!stops).then_some(0.0),
         });
     }
 

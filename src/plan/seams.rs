@@ -94,7 +94,7 @@ pub fn place<E>(
     let none = Seams::default();
     let mut cutter = Cutter::new(machine, feed, &none);
     let mut ahead = LookAhead::new(machine, feed);
-    let mut places = Places::new(machine);
+    let mut places = Places::new(machine, feed);
     let mut choice = Choice::new(machine, f64::from(ticks_max));
     for item in path {
         cutter.push(item?);
