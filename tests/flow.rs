@@ -108,7 +108,7 @@ fn faults_of_control_flow_are_told_once_each() {
         ("o1 sub\nG0 X1", &["unmatched-flow 1:1"]),
         ("o1 while [\nG0 X1\no1 endwhile\nM30", &["expression 1:1"]),
         ("o1 if [1]\no2 if [\nG0 X1\no2 endif\no1 endif\nM30", &["expression 2:1"]),
-        ("o1 sub\nG0 X[2\no1 endsub\nM2", &["expression 2:4"]),
+        ("o1 sub\nG0 X[2\no1 endsub\nM2", &["never-called 2:4"]),
         ("N10 G0 X1\nGOTO 10\nM30", &["max-passes 2:1"]),
         ("o1 while [1]\n o1 continue\no1 endwhile\nM2", &["max-passes 3:1"]),
         (
@@ -268,5 +268,105 @@ proptest! {
         if checked.errors == 0 {
             prop_assert_eq!(positions_with(&text, &options()).len() as u64, checked.summary.moves);
         }
+    }
+}
+
+/// Positions and events of a program in a dialect, a text each.
+fn run_in(dialect: Dialect, text: &str) -> Vec<String> {
+    let options = Options { dialect, ..options() };
+    let checked = check_with(text, &options);
+    assert_eq!(checked.errors, 0, "{text}: {:?}", checked.diagnostics);
+    let source = Source::memory("test.nc", text.as_bytes());
+    let machine = Machine::load("ideal").unwrap();
+    let told = |motion: Motion| match motion {
+        Motion::Move(step) => Axis::LINEAR.map(|axis| (step.to[axis] + 0.0).to_string()).join(","),
+        Motion::Event(event) => event.kind.to_string(),
+    };
+    interp::motions(&source, &machine, &options).map(|motion| told(motion.unwrap())).collect()
+}
+
+#[test]
+fn macro_b_reads_and_sets_the_control() {
+    for (text, expected) in [
+        ("G4 P500\nG4 P500.\nG4 X2\nM30", &["G4 P0.5", "G4 P500", "G4 P2", "M30"][..]),
+        (
+            "G10 L10 P2 R7\nG10 L12 P2 R3\n#2003=#2002+1\nG43 H3\nG0 Z#2602 X#5083\nM30",
+            &["8,0,11", "M30"],
+        ),
+        ("G91 G20 F3\nG90 G0 X#4003 Y#4006 Z#4109\nM30", &["2311.4,508,3", "M30"]),
+        ("#5221=5\nG0 X1\n#5221=6\nX1 Y#5021\nM30", &["6,0,0", "7,6,0", "M30"]),
+        ("#3003=1 #3006=1 (TURN IT)\nG0 X1\nM30", &["M0", "1,0,0", "M30"]),
+        (
+            "G65 P1 A9 I1 J2 K3 I4 K5 I6\nM30\nO1 G0 X#7 Y#9 Z#10\nX#1 Y#4 Z#6\nM99",
+            &["4,5,6", "9,1,3", "M30"],
+        ),
+    ] {
+        assert_eq!(run_in(Dialect::Fanuc, text), expected, "{text}");
+    }
+    for number in ["3001", "3011", "1000", "5101", "4113"] {
+        let options = Options { dialect: Dialect::Fanuc, ..options() };
+        let checked = check_with(&format!("G0 X#{number}\nM30"), &options);
+        assert_eq!(findings(&checked), ["bad-parameter 1:4"], "{number}");
+    }
+}
+
+#[test]
+fn modes_are_those_of_each_call() {
+    for (text, expected) in [
+        // A caller's are not its subprogram's.
+        ("M70\no1 call\nM30\no1 sub\nM72\no1 endsub", &["nothing-saved 5:1"][..]),
+        ("o1 sub\nM70\no1 endsub\no1 call\nM72\nM30", &["nothing-saved 5:1"]),
+        ("M72\nM30", &["nothing-saved 1:1"]),
+        ("M70\nM72 G0 X1\nM30", &["call-alone 2:5"]),
+        // Its radius and its way in would be guessed.
+        ("F100 G41.1 D2 G1 X9\nM70\nG40 X19\nM72\nX30\nM30", &["compensation-mode 4:1"]),
+        ("S100 $1\nM30", &["bad-value 1:6"]),
+        ("G0 @5\nM30", &["missing-word 1:4"]),
+        ("G0 @5 ^10 X3\nM30", &["axis-words-twice 1:11"]),
+        ("G18 G0 @5 ^10\nM30", &["unsupported-word 1:8"]),
+        ("G92 @5 ^1\nM30", &["missing-word 1:1", "axis-words-twice 1:5"]),
+        ("M64\nM68 E1\nM61\nM30", &["missing-word 1:1", "missing-word 2:1", "missing-word 3:1"]),
+        (
+            "#5220=2\n#5420=1\n#<_value>=3\nM30",
+            &["bad-parameter 1:1", "bad-parameter 2:1", "bad-parameter 3:1"],
+        ),
+    ] {
+        assert_eq!(findings(&check_with(text, &options())), expected, "{text}");
+    }
+    for (text, expected) in [
+        ("G20\nM70 G21\nM72\nG0 X1\nM30", &["25.4,0,0", "M30"][..]),
+        // Every pass of a subprogram ends by restoring.
+        (
+            "GR P1 L2\nG0 X1\nM30\nO1 M73\nG91 G0 X1 M8\nM99",
+            &["M8", "1,0,0", "M9", "M8", "2,0,0", "M9", "1,0,0", "M30"],
+        ),
+        ("o1 sub\nM73\nG91\nM71\no1 endsub\no1 call\nG0 X1\nX1\nM30", &["1,0,0", "2,0,0", "M30"]),
+        // Of another tool the length is its own.
+        (
+            "G10 L1 P1 Z5\nG10 L1 P2 Z7\nM61 Q1\nG43\nM70\nG49\nM61 Q2\nM72\nG0 Z0\nM30",
+            &["M61 Q1", "M61 Q2", "0,0,7", "M30"],
+        ),
+        ("G10 L1 P1 Z5\nG43 H1\nM70\nG43.1 Z9\nM72\nG0 Z0\nM30", &["0,0,5", "M30"]),
+    ] {
+        assert_eq!(run_in(Dialect::Iso, text), expected, "{text}");
+    }
+}
+
+#[test]
+fn lenient_leaves_out_what_means_nothing_and_nothing_else() {
+    let lenient = Options { lenient: true, ..options() };
+    let text = "$H\n$32=1\nM117 Layer 1 of (2!\nM104 S200 T0\nM201 X500 Y500\nG92 E0\nG1 X5 E.3 F600\n\
+                G1 E-2 F1800\nM107\nG1 X6 E1\nM73 P5 R3\nM30";
+    assert_eq!(check_with(text, &lenient).errors, 0);
+    assert_eq!(positions_with(text, &lenient), ["5,0,0", "6,0,0"]);
+    assert!(check_with(text, &options()).errors > 0);
+    for (text, expected) in [
+        ("$J=X5\nM30", "unsupported-word 1:1"),
+        ("G0 X5 M82\nM30", "unknown-word 1:7"),
+        ("M84 X1\nM30", "unknown-word 1:1"),
+        ("M600\nM30", "unknown-word 1:1"),
+        ("M220 S50\nM30", "unknown-word 1:1"),
+    ] {
+        assert_eq!(findings(&check_with(text, &lenient)), [expected], "{text}");
     }
 }

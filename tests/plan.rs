@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use cnc::base::{Axis, Command, Machine, Plane, Point, Tick};
-use cnc::interp::{Move, MoveKind};
+use cnc::interp::{Bound, Move, MoveKind};
 use cnc::path::{self, PathItem, Segment};
 use cnc::plan::{self, Feed, Planned};
 use cnc::step;
@@ -50,7 +50,15 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
         };
         let line = i as u32 + 1;
         let corner = Default::default();
-        segments.extend(path::segment(&Move { line, n: None, from: at, to, kind, corner }));
+        segments.extend(path::segment(&Move {
+            line,
+            n: None,
+            from: at,
+            to,
+            kind,
+            corner,
+            bound: Bound::Free,
+        }));
         at = to;
     }
     segments.retain(|segment| segment.length_mm() > 0.0);

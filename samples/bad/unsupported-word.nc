@@ -1,5 +1,4 @@
-(expect: unsupported-word 3:1)
+(expect: unsupported-word 3:5)
 G0 Z2
-G38.2 Z-3 F100
-G80
+G10 L13 P1 X0
 M30

@@ -36,19 +36,9 @@ impl Axis {
     }
 
     /// The axis of an upper-case letter.
+    #[inline]
     pub fn from_letter(letter: u8) -> Option<Axis> {
-        match letter {
-            b'X' => Some(Axis::X),
-            b'Y' => Some(Axis::Y),
-            b'Z' => Some(Axis::Z),
-            b'A' => Some(Axis::A),
-            b'B' => Some(Axis::B),
-            b'C' => Some(Axis::C),
-            b'U' => Some(Axis::U),
-            b'V' => Some(Axis::V),
-            b'W' => Some(Axis::W),
-            _ => None,
-        }
+        *BY_LETTER.get(usize::from(letter.wrapping_sub(b'A')))?
     }
 
     /// Whether the axis turns: its unit is then the degree, wherever a name says mm.
@@ -56,6 +46,17 @@ impl Axis {
         matches!(self, Axis::A | Axis::B | Axis::C)
     }
 }
+
+/// The axes of the letters from A to Z.
+const BY_LETTER: [Option<Axis>; 26] = {
+    let mut axes = [None; 26];
+    let mut i = 0;
+    while i < AXES {
+        axes[(b"XYZABCUVW"[i] - b'A') as usize] = Some(Axis::ALL[i]);
+        i += 1;
+    }
+    axes
+};
 
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -106,6 +107,11 @@ impl AxisSet {
     /// Adds an axis.
     pub fn insert(&mut self, axis: Axis) {
         self.0 |= 1 << axis as u16;
+    }
+
+    /// Takes an axis out.
+    pub fn remove(&mut self, axis: Axis) {
+        self.0 &= !(1 << axis as u16);
     }
 
     /// Whether the axis is in the set.

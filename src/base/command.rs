@@ -48,6 +48,13 @@ pub enum EventKind {
         /// Tool that goes with it (M6).
         tool: Option<u32>,
     },
+    /// An M function with words of its own (M61 Q3, M64 P3, M68 E0 Q1.5).
+    Function {
+        /// The function's number.
+        code: u16,
+        /// Its words.
+        words: EventWords,
+    },
     /// A spindle speed in rpm, given by itself.
     S(f64),
     /// A surface speed to keep, whatever the diameter (G96).
@@ -61,6 +68,44 @@ pub enum EventKind {
     T(u32),
     /// A pause in seconds (G4).
     Dwell(f64),
+    /// A wait for an input (M66).
+    WaitInput {
+        /// Which input.
+        number: u32,
+        /// Whether it is an analog one.
+        analog: bool,
+        /// 0: it is read at once; 1 a rise, 2 a fall, 3 high, 4 low.
+        kind: u32,
+        /// How long at most.
+        seconds: f64,
+    },
+}
+
+/// Words of an event: upper-case letters and their numbers, in the order of the program.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EventWords {
+    list: [(u8, f64); EventWords::MAX],
+    count: u8,
+}
+
+impl EventWords {
+    /// Most words of an event.
+    pub const MAX: usize = 4;
+
+    /// Adds a word; false if its letter stands there already, or there are as many as can be.
+    pub fn push(&mut self, letter: u8, value: f64) -> bool {
+        let is_new = self.iter().all(|(other, _)| other != letter);
+        let place = self.list.get_mut(usize::from(self.count)).filter(|_| is_new);
+        let Some(place) = place else { return false };
+        *place = (letter, value);
+        self.count += 1;
+        true
+    }
+
+    /// The words.
+    pub fn iter(&self) -> impl Iterator<Item = (u8, f64)> {
+        self.list.iter().copied().take(usize::from(self.count))
+    }
 }
 
 impl EventKind {
@@ -70,7 +115,8 @@ impl EventKind {
     }
 }
 
-/// As in the dump's event column: `M3 S1200`, `M6 T2`, `S800`, `T1`, `G4 P0.5`, `G96 S200 D2500`.
+/// As in the dump's event column: `M3 S1200`, `M6 T2`, `M68 E0 Q1.5`, `S800`, `T1`, `G4 P0.5`,
+/// `G96 S200 D2500`.
 impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -79,6 +125,12 @@ impl fmt::Display for EventKind {
                 spindle_rpm.map_or(Ok(()), |rpm| write!(f, " S{rpm}"))?;
                 tool.map_or(Ok(()), |tool| write!(f, " T{tool}"))
             }
+            EventKind::Function { code, words } => {
+                write!(f, "M{code}")?;
+                words
+                    .iter()
+                    .try_for_each(|(letter, value)| write!(f, " {}{value}", char::from(letter)))
+            }
             EventKind::S(rpm) => write!(f, "S{rpm}"),
             EventKind::SurfaceSpeed { m_min, rpm_max } => {
                 write!(f, "G96 S{m_min}")?;
@@ -86,6 +138,10 @@ impl fmt::Display for EventKind {
             }
             EventKind::T(tool) => write!(f, "T{tool}"),
             EventKind::Dwell(seconds) => write!(f, "G4 P{seconds}"),
+            EventKind::WaitInput { number, analog, kind, seconds } => {
+                let letter = if analog { 'E' } else { 'P' };
+                write!(f, "M66 {letter}{number} L{kind} Q{seconds}")
+            }
         }
     }
 }
@@ -102,12 +158,17 @@ impl FromStr for EventKind {
         let bad = || NotAnEvent(text.to_owned());
         let mut words = text.split_ascii_whitespace();
         let first = words.next().ok_or_else(bad)?;
+        if first == "M66" {
+            return wait(words).ok_or_else(bad);
+        }
         let mut kind = match first.split_at_checked(1).ok_or_else(bad)? {
-            ("M", code) => EventKind::M {
-                code: code.parse().map_err(|_| bad())?,
-                spindle_rpm: None,
-                tool: None,
-            },
+            ("M", code) => {
+                let code = code.parse().map_err(|_| bad())?;
+                if let Some(words) = function_words(words.clone()) {
+                    return Ok(EventKind::Function { code, words });
+                }
+                EventKind::M { code, spindle_rpm: None, tool: None }
+            }
             ("S", rpm) => EventKind::S(non_negative(rpm).ok_or_else(bad)?),
             ("T", tool) => EventKind::T(tool.parse().map_err(|_| bad())?),
             ("G", "4") => {
@@ -140,6 +201,35 @@ impl FromStr for EventKind {
     }
 }
 
+/// The words of an M function: none where they are not words, or those of the spindle and of tools
+/// only.
+fn function_words<'a>(words: impl Iterator<Item = &'a str>) -> Option<EventWords> {
+    let mut found = EventWords::default();
+    for word in words {
+        let (letter, value) = word.split_at_checked(1)?;
+        let letter = letter.bytes().next().filter(u8::is_ascii_uppercase)?;
+        let value = value.parse().ok().filter(|value: &f64| value.is_finite())?;
+        if !found.push(letter, value) {
+            return None;
+        }
+    }
+    let is_own = found.iter().any(|(letter, _)| !matches!(letter, b'S' | b'T'));
+    is_own.then_some(found)
+}
+
+/// The words behind M66.
+fn wait<'t>(mut words: impl Iterator<Item = &'t str>) -> Option<EventKind> {
+    let input = words.next()?;
+    let (analog, number) = match input.strip_prefix('E') {
+        Some(number) => (true, number),
+        None => (false, input.strip_prefix('P')?),
+    };
+    let number = number.parse().ok()?;
+    let kind = words.next()?.strip_prefix('L')?.parse().ok().filter(|kind| *kind <= 4)?;
+    let seconds = words.next()?.strip_prefix('Q').and_then(non_negative)?;
+    words.next().is_none().then_some(EventKind::WaitInput { number, analog, kind, seconds })
+}
+
 fn non_negative(text: &str) -> Option<f64> {
     text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0)
 }
@@ -160,6 +250,11 @@ mod tests {
             "M3 S1.5 T4",
             "G96 S200",
             "G96 S200 D2500",
+            "M64 P3",
+            "M68 E0 Q-1.5",
+            "M101 P1 Q2",
+            "M66 P1 L3 Q2.5",
+            "M66 E0 L0 Q0",
         ] {
             assert_eq!(text.parse::<EventKind>().unwrap().to_string(), text);
         }
@@ -176,6 +271,14 @@ mod tests {
             "G4 Pinf",
             "G96",
             "G96 S1 T1",
+            "M64 P",
+            "M64 P1 P2",
+            "M1 A1 B1 C1 D1 E1",
+            "M64 Pinf",
+            "S5 P1",
+            "M66",
+            "M66 P1 L5 Q1",
+            "M66 P1 L0 Q1 S1",
         ] {
             assert!(text.parse::<EventKind>().is_err(), "{text}");
         }

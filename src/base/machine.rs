@@ -55,6 +55,9 @@ pub struct Machine {
     pub bus: Bus,
     /// The spindle, if the profile tells of it.
     pub spindle: Option<Spindle>,
+    /// Whether probes are taken to touch at the end of their move, and waits for inputs to end at
+    /// once: to check programs, not to cut.
+    pub assumed_inputs: bool,
     toml: String,
 }
 
@@ -140,6 +143,8 @@ pub struct Spindle {
     pub speed_max_rpm: u32,
     /// Power at the motor.
     pub power_kw: f64,
+    /// Whether motion can follow its turns, as threads need it.
+    pub encoder: bool,
 }
 
 /// Entries of a node's buffer: the firmware has these, always.
@@ -316,12 +321,12 @@ impl Machine {
 const FILE_MAX_BYTES: u64 = 1 << 20;
 
 fn read(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    let bytes = File::open(path)?.take(FILE_MAX_BYTES + 1).read_to_string(&mut text)?;
-    if bytes as u64 > FILE_MAX_BYTES {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(FILE_MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > FILE_MAX_BYTES {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, "no profile is this large"));
     }
-    Ok(text)
+    super::source::as_text(bytes)
 }
 
 impl fmt::Display for Machine {

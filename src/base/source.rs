@@ -13,6 +13,21 @@ pub struct Source {
     bytes: Bytes,
 }
 
+/// Bytes that have to be UTF-8, as text.
+///
+/// # Errors
+/// Names the line and the byte at which they are not.
+pub fn as_text(bytes: Vec<u8>) -> io::Result<String> {
+    String::from_utf8(bytes).map_err(|error| {
+        let (bytes, at) = (error.as_bytes(), error.utf8_error().valid_up_to());
+        let line = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
+        let byte = bytes.get(at).copied().unwrap_or_default();
+        let reason =
+            format!("line {line} holds the byte 0x{byte:02X}, which is no UTF-8: save it as UTF-8");
+        io::Error::new(io::ErrorKind::InvalidData, reason)
+    })
+}
+
 #[derive(Clone, Debug)]
 enum Bytes {
     File(Arc<File>),
@@ -88,5 +103,17 @@ impl Read for SourceReader {
         };
         self.offset += count as u64;
         Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_that_are_no_text_are_named() {
+        assert_eq!(as_text(b"a\n\xc3\xa4".to_vec()).unwrap(), "a\n\u{e4}");
+        let error = as_text(b"a\n\xe4b".to_vec()).unwrap_err().to_string();
+        assert!(error.starts_with("line 2 holds the byte 0xE4"), "{error}");
     }
 }

@@ -8,7 +8,7 @@ use super::expr::{Formula, Step, written};
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
-    /// Upper-case letter.
+    /// Upper-case letter, or `@`, `^`, `$`.
     pub letter: u8,
     /// The number, as written: no unit is known here.
     pub value: f64,
@@ -84,7 +84,7 @@ pub struct Block {
     words: Vec<Word>,
     present: u32,
     /// Where in `words` the first word of each letter stands; valid where `present` says so.
-    places: [u16; 26],
+    places: [u16; 32],
     /// Whether `extras` is empty.
     is_plain: bool,
     extras: Extras,
@@ -98,7 +98,7 @@ impl Default for Block {
             call: None,
             words: Vec::with_capacity(16),
             present: 0,
-            places: [0; 26],
+            places: [0; 32],
             is_plain: true,
             extras: Extras::default(),
         }
@@ -121,12 +121,17 @@ impl PartialEq for Block {
     }
 }
 
-/// The bit of an upper-case letter in a set of letters.
-pub const fn letter_bit(letter: u8) -> u32 {
-    1 << (letter - b'A')
+/// The place of a word's letter among 32: `@` 0, `A` to `Z` 1 to 26, `^` 30, `$` 31.
+const fn letter_place(letter: u8) -> u8 {
+    if letter == b'$' { 31 } else { letter & 31 }
 }
 
-/// The set of the letters of a text, which has to be of upper-case letters.
+/// The bit of a word's letter in a set of letters.
+pub const fn letter_bit(letter: u8) -> u32 {
+    1 << letter_place(letter)
+}
+
+/// The set of the letters of a text, which has to be of letters of words.
 pub const fn letter_set(letters: &str) -> u32 {
     let letters = letters.as_bytes();
     let mut set = 0;
@@ -221,9 +226,18 @@ impl Block {
         self.present = 0;
         for (place, word) in words.into_iter().enumerate() {
             if places.binary_search(&(place as u16)).is_err() {
-                // Letters that stood twice have been refused when the line was read.
-                let _ = self.push(word);
+                self.push_again(word);
             }
+        }
+    }
+
+    /// Puts words in the place of others: those of `letters` go, `words` come to the end.
+    pub fn replace(&mut self, letters: u32, words: impl IntoIterator<Item = Word>) {
+        let before = std::mem::take(&mut self.words);
+        self.present = 0;
+        let stay = before.into_iter().filter(|word| letters & letter_bit(word.letter) == 0);
+        for word in stay.chain(words) {
+            self.push_again(word);
         }
     }
 
@@ -247,12 +261,17 @@ impl Block {
         if !self.has(letter) {
             return None;
         }
-        self.words.get(usize::from(self.places[usize::from(letter - b'A')]))
+        self.words.get(usize::from(self.places[usize::from(letter_place(letter))]))
     }
 
     /// The first word whose letter is in a set.
     pub fn first_of(&self, letters: u32) -> Option<&Word> {
         self.words.iter().find(|word| letters & letter_bit(word.letter) != 0)
+    }
+
+    /// Whether G65 stands there: what goes with it are arguments.
+    pub fn is_macro_call(&self) -> bool {
+        self.words.iter().any(|word| word.letter == b'G' && word.value == 65.0)
     }
 
     /// From the first word to the last, as bytes of the line.
@@ -268,17 +287,25 @@ impl Block {
     }
 
     /// Adds a word. Gives it back if its letter, other than G and M, stands there already.
+    #[inline]
     pub(super) fn push(&mut self, word: Word) -> Result<(), Word> {
         let bit = letter_bit(word.letter);
         if self.present & bit == 0 {
             self.present |= bit;
             // A line of 64 KiB holds at most 32 Ki words.
-            self.places[usize::from(word.letter - b'A')] = self.words.len() as u16;
+            self.places[usize::from(letter_place(word.letter))] = self.words.len() as u16;
         } else if word.letter != b'G' && word.letter != b'M' {
             return Err(word);
         }
         self.words.push(word);
         Ok(())
+    }
+
+    /// Adds a word whose letter may stand there already.
+    pub(super) fn push_again(&mut self, word: Word) {
+        if self.push(word).is_err() {
+            self.words.push(word);
+        }
     }
 
     /// What the line holds besides words, to add to it.

@@ -5,121 +5,9 @@
 
 use super::block::{letter_bit, letter_set};
 
-/// What a supported code does.
-#[allow(missing_docs)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Op {
-    Inches,
-    Millimetres,
-    InverseTimeFeed,
-    FeedPerMinute,
-    FeedPerTurn,
-    ToolChange,
-    SpindleClockwise,
-    SpindleCounterClockwise,
-    SpindleStop,
-    SurfaceSpeed,
-    SpindleSpeedConstant,
-    MistOn,
-    FloodOn,
-    CoolantOff,
-    /// M48 to M53.
-    Override(u8),
-    Dwell,
-    SetOffsets,
-    /// G28 and G30, counted from 0.
-    GoToReference(u8),
-    StoreReference(u8),
-    LocalOffset,
-    SetPosition,
-    ResetPosition,
-    SuspendPosition,
-    RestorePosition,
-    MachineCoordinates,
-    PlaneXy,
-    PlaneZx,
-    PlaneYz,
-    CompensationOff,
-    Compensate {
-        left: bool,
-        by_diameter: bool,
-    },
-    LengthOffset,
-    LengthOffsetByWords,
-    LengthOffsetMore,
-    LengthOffsetOff,
-    /// G54 to G59.3, counted from 0.
-    WorkSystem(u8),
-    ExactStopOnce,
-    ExactPath,
-    ExactStop,
-    Blend,
-    Diameter,
-    Radius,
-    Absolute,
-    Incremental,
-    ArcCenterAbsolute,
-    ArcCenterIncremental,
-    PolarOff,
-    Polar,
-    ScalingOff,
-    Scaling,
-    Rotation,
-    RotationOff,
-    ReturnToInitial,
-    ReturnToR,
-    Rapid,
-    Line,
-    ArcClockwise,
-    ArcCounterClockwise,
-    Cycle(Cycle),
-    MotionOff,
-    Stop,
-    OptionalStop,
-    PalletStop,
-    End,
-    EndAndRewind,
-    Return,
-    Call,
-    MacroCall,
-}
-
-/// The canned cycles, by their G numbers.
-#[allow(missing_docs)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Cycle {
-    DrillChipBreak = 73,
-    TapLeft = 74,
-    BoreFine = 76,
-    Drill = 81,
-    DrillDwell = 82,
-    DrillDeep = 83,
-    Tap = 84,
-    BoreFeedOut = 85,
-    BoreStop = 86,
-    BoreBack = 87,
-    BoreManual = 88,
-    BoreDwell = 89,
-}
-
-impl Cycle {
-    /// Letters that the cycle makes use of, beside axes.
-    pub const fn words(self) -> u32 {
-        letter_set(match self {
-            Cycle::Drill | Cycle::BoreFeedOut => "KLR",
-            Cycle::DrillDwell
-            | Cycle::Tap
-            | Cycle::TapLeft
-            | Cycle::BoreStop
-            | Cycle::BoreManual
-            | Cycle::BoreDwell => "KLPR",
-            Cycle::DrillDeep | Cycle::DrillChipBreak => "KLPQR",
-            Cycle::BoreFine => "IJLPQR",
-            Cycle::BoreBack => "IJKLR",
-        })
-    }
-}
+pub use super::ops::{
+    Cycle, Follow, Function, Modes, Op, Pockets, Single, SplineCode, Stock, Turn,
+};
 
 /// The modal groups, in the order in which the codes of one block are executed: that of
 /// RS274/NGC, but units first, since all lengths of the block are in them (its F is not: it is
@@ -134,10 +22,13 @@ pub enum Group {
     Units,
     FeedMode,
     SpindleMode,
+    Output,
     ToolChange,
     Spindle,
+    ModalState,
     Coolant,
     Override,
+    UserFunction,
     Plane,
     Compensation,
     LengthOffset,
@@ -162,10 +53,13 @@ impl Group {
             Group::Units => "units",
             Group::FeedMode => "feed mode",
             Group::SpindleMode => "spindle speed mode",
+            Group::Output => "output",
             Group::ToolChange => "tool change",
             Group::Spindle => "spindle",
+            Group::ModalState => "modal state",
             Group::Coolant => "coolant",
             Group::Override => "override",
+            Group::UserFunction => "user's function",
             Group::NonModal => "non-modal",
             Group::Plane => "plane",
             Group::Compensation => "cutter compensation",
@@ -199,10 +93,13 @@ impl Group {
             Group::Units
             | Group::FeedMode
             | Group::SpindleMode
+            | Group::Output
             | Group::ToolChange
             | Group::Spindle
+            | Group::ModalState
             | Group::Coolant
             | Group::Override
+            | Group::UserFunction
             | Group::Plane
             | Group::Compensation
             | Group::PathControl
@@ -232,9 +129,18 @@ pub struct Code {
 }
 
 impl Code {
+    /// The letters that it makes use of, beside the axes of a motion.
+    pub fn letters(&self) -> String {
+        let has = |letter: &u8| self.words & letter_bit(*letter) != 0;
+        (b'A'..=b'Z').filter(has).map(char::from).collect()
+    }
+
     /// As it is written: `G61.1`.
     pub fn name(&self) -> String {
         let (letter, whole, tenth) = (char::from(self.letter), self.tenths / 10, self.tenths % 10);
+        if self.op == Some(Op::Function(Function::User)) {
+            return format!("{letter}{whole} to {letter}{}", USER_LAST / 10);
+        }
         if tenth == 0 { format!("{letter}{whole}") } else { format!("{letter}{whole}.{tenth}") }
     }
 }
@@ -244,20 +150,33 @@ pub const AXIS_LETTERS: u32 = letter_set("XYZABCUVW");
 /// Letters that give an arc its centre or radius.
 pub const ARC_LETTERS: u32 = letter_set("IJKR");
 /// Letters that need no code to make use of them.
-pub const FREE_LETTERS: u32 = letter_set("FGMNOST");
+pub const FREE_LETTERS: u32 = letter_set("FGMNOST$");
+/// Letters of LinuxCNC's polar coordinates: the radius and the angle.
+pub const POLAR_LETTERS: u32 = letter_set("@^");
+
+/// Ten times the numbers of the first and the last user's function.
+const USER_FIRST: u16 = 1000;
+const USER_LAST: u16 = 1990;
 
 const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'static str) -> Code {
     let words = match op {
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => ARC_LETTERS | letter_bit(b'P'),
+        Some(Op::Spline(code)) => code.words(),
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
-        Some(Op::SurfaceSpeed | Op::Compensate { .. }) => letter_bit(b'D'),
-        Some(Op::SetOffsets) => letter_set("LPR"),
+        Some(Op::SurfaceSpeed | Op::Compensate { by_diameter: false, .. }) => letter_bit(b'D'),
+        // L, where a lathe tool's tip points to, changes nothing on its path.
+        Some(Op::Compensate { by_diameter: true, .. }) => letter_set("DL"),
+        Some(Op::SetOffsets) => letter_set("IJLPQR"),
         Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
+        Some(Op::Follow(follow)) => follow.words(),
+        Some(Op::Turn(_)) => letter_set("DEIPQR"),
+        Some(Op::WaitInput) => letter_set("ELPQ"),
         Some(Op::Call) => letter_set("PL"),
+        Some(Op::Function(function)) => function.words(),
         Some(_) | None => 0,
     };
     Code { letter, tenths, group, op, words, meaning }
@@ -271,16 +190,6 @@ const fn m(number: u16, group: Group, op: Op, meaning: &'static str) -> Code {
     row(b'M', number * 10, group, Some(op), meaning)
 }
 
-/// A G code that is known and not supported.
-const fn no_g(tenths: u16, group: Group, meaning: &'static str) -> Code {
-    row(b'G', tenths, group, None, meaning)
-}
-
-/// An M code that is known and not supported.
-const fn no_m(number: u16, group: Group, meaning: &'static str) -> Code {
-    row(b'M', number * 10, group, None, meaning)
-}
-
 /// The table.
 #[rustfmt::skip]
 pub static CODES: &[Code] = &[
@@ -289,11 +198,11 @@ pub static CODES: &[Code] = &[
     g(20, Group::Motion, Op::ArcClockwise, "moves in an arc or helix, clockwise"),
     g(30, Group::Motion, Op::ArcCounterClockwise, "moves in an arc or helix, counter-clockwise"),
     g(40, Group::NonModal, Op::Dwell, "waits for P seconds"),
-    no_g(50, Group::Motion, "cubic spline"),
-    no_g(51, Group::Motion, "quadratic spline"),
-    no_g(52, Group::Motion, "opens a NURBS block"),
-    no_g(53, Group::Motion, "closes a NURBS block"),
-    no_g(62, Group::Motion, "NURBS interpolation"),
+    g(50, Group::Motion, Op::Spline(SplineCode::Cubic), "moves along a cubic Bézier curve"),
+    g(51, Group::Motion, Op::Spline(SplineCode::Quadratic), "moves along a quadratic Bézier curve"),
+    g(52, Group::Motion, Op::Spline(SplineCode::Nurbs), "begins a NURBS: points and weights follow"),
+    g(53, Group::Motion, Op::NurbsEnd, "ends the NURBS of G5.2 and moves along it"),
+    g(62, Group::Motion, Op::Spline(SplineCode::NurbsByKnots), "moves along a NURBS of points, weights and knots"),
     g(70, Group::Diameter, Op::Diameter, "X words are diameters"),
     g(80, Group::Diameter, Op::Radius, "X words are radii"),
     g(90, Group::NonModal, Op::ExactStopOnce, "exact stop for one block"),
@@ -309,13 +218,13 @@ pub static CODES: &[Code] = &[
     g(281, Group::NonModal, Op::StoreReference(0), "stores the first reference position"),
     g(300, Group::NonModal, Op::GoToReference(1), "goes to the second reference position"),
     g(301, Group::NonModal, Op::StoreReference(1), "stores the second reference position"),
-    no_g(310, Group::Motion, "moves until a signal comes"),
-    no_g(330, Group::Motion, "moves in step with the spindle"),
-    no_g(331, Group::Motion, "rigid tapping"),
-    no_g(382, Group::Motion, "probes towards the work, with an alarm when nothing is met"),
-    no_g(383, Group::Motion, "probes towards the work"),
-    no_g(384, Group::Motion, "probes away from the work, with an alarm when contact stays"),
-    no_g(385, Group::Motion, "probes away from the work"),
+    g(310, Group::Motion, Op::Follow(Follow::Skip), "moves until a signal comes"),
+    g(330, Group::Motion, Op::Follow(Follow::Thread), "moves in step with the spindle, K along the path a turn"),
+    g(331, Group::Motion, Op::Follow(Follow::Tap), "rigid tapping: there and back in step with the spindle"),
+    g(382, Group::Motion, Op::Follow(Follow::Probe(2)), "probes towards the work, with an alarm when nothing is met"),
+    g(383, Group::Motion, Op::Follow(Follow::Probe(3)), "probes towards the work"),
+    g(384, Group::Motion, Op::Follow(Follow::Probe(4)), "probes away from the work, with an alarm when contact stays"),
+    g(385, Group::Motion, Op::Follow(Follow::Probe(5)), "probes away from the work"),
     g(400, Group::Compensation, Op::CompensationOff, "cutter compensation is off"),
     g(410, Group::Compensation, Op::Compensate { left: true, by_diameter: false }, "cutter compensation, left of the path"),
     g(411, Group::Compensation, Op::Compensate { left: true, by_diameter: true }, "dynamic cutter compensation, left of the path"),
@@ -344,9 +253,16 @@ pub static CODES: &[Code] = &[
     g(650, Group::NonModal, Op::MacroCall, "calls the subprogram P with arguments"),
     g(680, Group::Rotation, Op::Rotation, "rotates coordinates"),
     g(690, Group::Rotation, Op::RotationOff, "ends the rotation of coordinates"),
+    g(700, Group::Motion, Op::Turn(Turn::Finish), "turns along the contour of the subprogram Q"),
+    g(710, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Cut }), "roughs out the contour of the subprogram Q in cuts along Z"),
+    g(711, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Leave }), "roughs out the contour of the subprogram Q in cuts along Z, but for pockets"),
+    g(712, Group::Motion, Op::Turn(Turn::Rough { faces: false, pockets: Pockets::Only }), "roughs out the contour of the subprogram Q in cuts along Z, pockets only"),
+    g(720, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Cut }), "roughs out the contour of the subprogram Q in cuts along X"),
+    g(721, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Leave }), "roughs out the contour of the subprogram Q in cuts along X, but for pockets"),
+    g(722, Group::Motion, Op::Turn(Turn::Rough { faces: true, pockets: Pockets::Only }), "roughs out the contour of the subprogram Q in cuts along X, pockets only"),
     g(730, Group::Motion, Op::Cycle(Cycle::DrillChipBreak), "drilling cycle with chip breaking"),
     g(740, Group::Motion, Op::Cycle(Cycle::TapLeft), "left-hand tapping cycle"),
-    g(760, Group::Motion, Op::Cycle(Cycle::BoreFine), "fine boring cycle: spindle oriented, rapid out beside the wall"),
+    g(760, Group::Motion, Op::Cycle(Cycle::BoreFine), "threading cycle (K and P stand in the block), or fine boring cycle: spindle oriented, rapid out beside the wall"),
     g(800, Group::Motion, Op::MotionOff, "no motion code and no cycle is in force"),
     g(810, Group::Motion, Op::Cycle(Cycle::Drill), "drilling cycle"),
     g(820, Group::Motion, Op::Cycle(Cycle::DrillDwell), "drilling cycle with a dwell"),
@@ -382,7 +298,7 @@ pub static CODES: &[Code] = &[
     m(7, Group::Coolant, Op::MistOn, "mist coolant on"),
     m(8, Group::Coolant, Op::FloodOn, "flood coolant on"),
     m(9, Group::Coolant, Op::CoolantOff, "coolant off"),
-    no_m(19, Group::Spindle, "orients the spindle"),
+    m(19, Group::Spindle, Op::Function(Function::SpindleOrient), "orients the spindle to R degrees"),
     m(30, Group::Stop, Op::EndAndRewind, "ends the program and goes back to its beginning"),
     m(48, Group::Override, Op::Override(48), "overrides are allowed"),
     m(49, Group::Override, Op::Override(49), "overrides are off"),
@@ -391,13 +307,26 @@ pub static CODES: &[Code] = &[
     m(52, Group::Override, Op::Override(52), "adaptive feed control"),
     m(53, Group::Override, Op::Override(53), "feed hold control"),
     m(60, Group::Stop, Op::PalletStop, "stops for a change of pallets"),
+    m(61, Group::ToolChange, Op::Function(Function::SetTool), "tool Q is in the spindle, without a change"),
+    m(62, Group::Output, Op::Function(Function::DigitalOutput(62)), "output P on, in time with motion"),
+    m(63, Group::Output, Op::Function(Function::DigitalOutput(63)), "output P off, in time with motion"),
+    m(64, Group::Output, Op::Function(Function::DigitalOutput(64)), "output P on"),
+    m(65, Group::Output, Op::Function(Function::DigitalOutput(65)), "output P off"),
+    m(66, Group::NonModal, Op::WaitInput, "waits for an input"),
+    m(67, Group::Output, Op::Function(Function::AnalogOutput(67)), "analog output E at Q, in time with motion"),
+    m(68, Group::Output, Op::Function(Function::AnalogOutput(68)), "analog output E at Q"),
+    m(70, Group::ModalState, Op::Modes(Modes::Save), "saves the modes in force"),
+    m(71, Group::ModalState, Op::Modes(Modes::Forget), "forgets the modes saved"),
+    m(72, Group::ModalState, Op::Modes(Modes::Restore), "restores the modes saved"),
+    m(73, Group::ModalState, Op::Modes(Modes::SaveForCall), "saves the modes in force until the subprogram ends"),
     m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
+    m(100, Group::UserFunction, Op::Function(Function::User), "user's functions, with P and Q"),
 ];
 
 /// Rows of the table by ten times the code's number, counted from 1; 0 where there is none.
-const fn index(letter: u8) -> [u8; 1000] {
-    let mut rows = [0; 1000];
+const fn index(letter: u8) -> [u8; 1001] {
+    let mut rows = [0; 1001];
     let mut i = 0;
     while i < CODES_COUNT {
         if CODES[i].letter == letter {
@@ -409,8 +338,8 @@ const fn index(letter: u8) -> [u8; 1000] {
 }
 
 const CODES_COUNT: usize = CODES.len();
-static G_ROWS: [u8; 1000] = index(b'G');
-static M_ROWS: [u8; 1000] = index(b'M');
+static G_ROWS: [u8; 1001] = index(b'G');
+static M_ROWS: [u8; 1001] = index(b'M');
 
 /// The row of a G or M word, if there is one.
 pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
@@ -421,6 +350,8 @@ pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
     if (exact - tenths as f64).abs() > 1e-6 {
         return None;
     }
+    let is_user = letter == b'M' && (USER_FIRST as usize..=USER_LAST as usize).contains(&tenths);
+    let tenths = if is_user && tenths.is_multiple_of(10) { USER_FIRST as usize } else { tenths };
     let rows = if letter == b'G' { &G_ROWS } else { &M_ROWS };
     CODES.get(usize::from(*rows.get(tenths)?).checked_sub(1)?)
 }
@@ -432,10 +363,12 @@ mod tests {
     #[test]
     fn every_code_is_found_by_its_number_and_stands_once() {
         for code in CODES {
-            let number = code.name()[1..].parse().unwrap();
+            let number = f64::from(code.tenths) / 10.0;
             assert!(std::ptr::eq(find(code.letter, number).unwrap(), code), "{}", code.name());
         }
-        for (letter, number) in [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'M', 100.0)] {
+        for (letter, number) in
+            [(b'G', 5.7), (b'G', 1.05), (b'G', -1.0), (b'G', 100.0), (b'M', 199.5), (b'M', 200.0)]
+        {
             assert!(find(letter, number).is_none(), "{number}");
         }
     }

@@ -4,7 +4,10 @@
 use std::fmt;
 use std::rc::Rc;
 
+use super::block::{Block, letter_bit};
 use super::expr::{Formula, NoExpression, Reader, Step, written};
+use super::fault::Fault;
+use super::rules;
 
 /// Arguments of a call, at most: `#1` to `#30`.
 const ARGUMENTS_MAX: usize = 30;
@@ -35,6 +38,8 @@ pub enum Control {
     EndSub(Option<Formula>),
     Return(Option<Formula>),
     Call(Vec<Formula>),
+    /// `O#1 call`: a call of the subprogram whose number that is.
+    CallNumber(Formula, Vec<Formula>),
     If(Formula),
     ElseIf(Formula),
     Else,
@@ -128,6 +133,15 @@ pub(super) fn after_label(reader: &mut Reader<'_, '_>) -> Option<Result<Control,
     })
 }
 
+/// The rest of a call whose label is computed; none if no CALL follows.
+pub(super) fn computed_call(
+    number: Formula,
+    reader: &mut Reader<'_, '_>,
+) -> Option<Result<Control, NoExpression>> {
+    let is_call = reader.takes_word("CALL");
+    is_call.then(|| Ok(Control::CallNumber(number, arguments(reader)?)))
+}
+
 fn result(reader: &mut Reader<'_, '_>) -> Result<Option<Formula>, NoExpression> {
     if reader.peek() == Some(b'[') { reader.bracketed().map(Some) } else { Ok(None) }
 }
@@ -188,6 +202,29 @@ fn loop_number(reader: &mut Reader<'_, '_>) -> Result<u32, NoExpression> {
     }
 }
 
+/// Reports what stands beside a statement: nothing may, but a line number, and behind THEN what
+/// is set.
+pub(super) fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
+    let Some(statement) = block.statement() else { return };
+    let word = block.first_of(!letter_bit(b'N')).map(|word| (word.start, word.end));
+    let set = block.assignments().first().map(|set| (set.start, set.end));
+    let is_then = matches!(statement.control, Control::Then(_));
+    let call = block.call.map(|call| (call.start, call.end));
+    if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
+        let message = "this stands beside a statement of control flow";
+        let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
+        faults.push(fault.help(if is_then {
+            "THEN only sets a parameter: jump by GOTO, or write o1 if, the block, o1 endif"
+        } else {
+            "put it into a block of its own"
+        }));
+    } else if is_then && set.is_none() {
+        let message = "THEN is not followed by a parameter that it sets";
+        let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);
+        faults.push(fault.help("write IF [#1 EQ 2] THEN #3 = 4"));
+    }
+}
+
 impl Assignment {
     /// As it is written in a block of this code.
     pub(super) fn written(&self, code: impl Fn(Formula) -> String) -> String {
@@ -210,14 +247,16 @@ impl Statement {
         let result = |formula: &Option<Formula>| {
             formula.map_or(String::new(), |formula| format!(" [{}]", code(formula)))
         };
+        let listed = |formulas: &[Formula]| -> String {
+            formulas.iter().map(|formula| format!(" [{}]", code(*formula))).collect()
+        };
         match &self.control {
             Control::Sub => format!("{label} SUB"),
             Control::EndSub(formula) => format!("{label} ENDSUB{}", result(formula)),
             Control::Return(formula) => format!("{label} RETURN{}", result(formula)),
-            Control::Call(arguments) => {
-                let arguments: Vec<String> =
-                    arguments.iter().map(|formula| format!(" [{}]", code(*formula))).collect();
-                format!("{label} CALL{}", arguments.concat())
+            Control::Call(arguments) => format!("{label} CALL{}", listed(arguments)),
+            Control::CallNumber(number, arguments) => {
+                format!("O[{}] CALL{}", code(*number), listed(arguments))
             }
             Control::If(formula) => format!("{label} IF [{}]", code(*formula)),
             Control::ElseIf(formula) => format!("{label} ELSEIF [{}]", code(*formula)),

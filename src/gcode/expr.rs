@@ -185,8 +185,9 @@ impl<'a, 'c> Reader<'a, 'c> {
         };
         let text: Vec<u8> =
             self.rest[..length].iter().copied().filter(|byte| !is_blank(*byte)).collect();
-        if text.is_empty() || text.iter().any(|byte| b"<[]()#=;".contains(byte)) {
-            return self.fail("this is no name: a name is of letters, digits and _");
+        // As RS274/NGC: all but what would end the name or begin a comment.
+        if text.is_empty() || text.iter().any(|byte| b"<(;".contains(byte)) {
+            return self.fail("this is no name: it is empty, or holds one of < ( ;");
         }
         self.rest = &self.rest[length + 1..];
         Ok(Rc::from(String::from_utf8_lossy(&text).to_lowercase()))

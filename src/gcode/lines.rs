@@ -5,8 +5,8 @@ use std::io::{self, Read};
 /// Longest line that is read.
 pub const LINE_BYTES_MAX: usize = 64 * 1024;
 
-/// One chunk of reading; memory is constant at this.
-const CHUNK_BYTES: usize = 256 * 1024;
+/// One chunk of reading; memory is constant at this, and it stays in the processor's cache.
+const CHUNK_BYTES: usize = 128 * 1024;
 
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
@@ -100,6 +100,11 @@ impl<R: Read> Lines<R> {
         self.number = self.number.saturating_add(1);
         let bytes = &self.buffer[begin..begin + kept];
         Ok(Some(Line { number: self.number, offset, bytes, too_long }))
+    }
+
+    /// Offset in the text up to which lines have been read.
+    pub fn offset(&self) -> u64 {
+        self.offset
     }
 
     /// Number of the line read last.

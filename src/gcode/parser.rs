@@ -8,12 +8,16 @@ use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
 use nom::sequence::delimited;
 
-use super::block::{Block, Call, Message, MessageKind, Word, letter_bit};
-use super::control::{Assignment, Control, Label, Statement, after_label, macro_b};
+use super::block::{Block, Call, Message, MessageKind, Word};
+use super::control::{
+    Assignment, Control, Label, Statement, after_label, computed_call, macro_b, stands_alone,
+};
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
-use super::rules;
+use super::plain::plain_words;
+use super::stray::{self, is_control, not_text};
+use super::{foreign, rules};
 
 /// Reads a line into a block, and what is wrong with it into `faults`.
 ///
@@ -21,7 +25,8 @@ use super::rules;
 pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
     block.clear();
     let faults_before = faults.len();
-    let mut parser = Parsing { line, rest: line, block, faults, words_end: None };
+    let rest = plain_words(line, block);
+    let mut parser = Parsing { line, rest, block, faults, words_end: None };
     while let Some(&byte) = parser.rest.first() {
         if parser.item(byte).is_none() {
             break;
@@ -36,6 +41,11 @@ pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
             block.clear();
             faults.truncate(faults_before);
             faults.push(not_text(line, at));
+        } else if let Some(fault) = foreign::language(line) {
+            faults.truncate(faults_before);
+            faults.push(fault);
+        } else if faults.len() > faults_before + 1 {
+            stray::join_texts(line, faults, faults_before);
         }
     }
 }
@@ -53,7 +63,10 @@ struct Parsing<'a> {
 impl<'a> Parsing<'a> {
     fn item(&mut self, byte: u8) -> Option<()> {
         match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b':' if self.words_end.is_none() => self.word(byte),
+            b'A'..=b'Z' | b'a'..=b'z' | b':' | b'@' | b'^' if self.words_end.is_none() => {
+                self.word(byte)
+            }
+            b'$' if self.words_end.is_none() && !self.block.words().is_empty() => self.word(byte),
             b' ' | b'\t' => {
                 self.rest = blanks(self.rest).ok()?.0;
                 Some(())
@@ -101,9 +114,13 @@ impl<'a> Parsing<'a> {
             }
         }
         match self.number() {
+            Ok(_) if matches!(self.rest.first(), Some(b'O' | b'o')) && self.has_letter(start) => {
+                Some(())
+            }
             Ok(value) => {
                 let word = Word { letter, value, start, end: self.at() };
                 if letter == b'O' && self.keyword_follows() {
+                    self.is_label(&word);
                     return self.o_word(Label::Number(label_number(value)), start);
                 }
                 self.push(word);
@@ -116,6 +133,10 @@ impl<'a> Parsing<'a> {
 
     fn push(&mut self, word: Word) -> bool {
         let Err(word) = self.block.push(word) else { return true };
+        if matches!(word.letter, b'I'..=b'K') && self.block.is_macro_call() {
+            self.block.push_again(word);
+            return true;
+        }
         let message = format!("{} stands twice in this block", char::from(word.letter));
         let help = "leave one of them out, or put it into a block of its own";
         self.faults.push(Fault::word(&rules::REPEATED_WORD, &word, message).help(help));
@@ -136,8 +157,16 @@ impl<'a> Parsing<'a> {
             Ok(value) => Some(value),
             Err(error) => {
                 let at = (self.line.len() - error.left) as u32;
+                if self.line.get(at as usize) == Some(&b',') {
+                    self.faults.push(stray::comma(self.line, at as usize).0);
+                    return None;
+                }
                 let fault = Fault::new(&rules::EXPRESSION, start.min(at), at + 1, error.message);
-                self.faults.push(fault);
+                let byte = self.line.get(at as usize).copied().unwrap_or_default();
+                self.faults.push(match stray::operator_help(byte) {
+                    Some(help) => fault.help(help),
+                    None => fault,
+                });
                 None
             }
         }
@@ -183,9 +212,16 @@ impl<'a> Parsing<'a> {
     }
 
     fn expression_word(&mut self, letter: u8, start: u32, formula: Formula) -> Option<()> {
-        if matches!(letter, b'O' | b'N') {
-            let message =
-                format!("the number of an {} word cannot be an expression", char::from(letter));
+        if letter == b'O' {
+            let read = self.read(start, |reader| match computed_call(formula, reader) {
+                Some(result) => result,
+                None => reader.fail("only a call can compute the number of its subprogram"),
+            });
+            let control = read.or_else(|| self.broken_statement())?;
+            return self.statement(Label::Number(0), control, start);
+        }
+        if letter == b'N' {
+            let message = "the number of an N word cannot be an expression";
             self.faults.push(Fault::new(&rules::UNSUPPORTED_WORD, start, self.at(), message));
             return None;
         }
@@ -204,6 +240,14 @@ impl<'a> Parsing<'a> {
         });
         let control = read.or_else(|| self.broken_statement())?;
         self.statement(label, control, start)
+    }
+
+    /// Reports a label that is no whole number.
+    fn is_label(&mut self, word: &Word) {
+        if word.value.fract() != 0.0 || word.value < 0.0 {
+            let message = format!("{word}: a label is a whole number, or a name in < >");
+            self.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+        }
     }
 
     fn broken_statement<T>(&mut self) -> Option<T> {
@@ -268,6 +312,12 @@ impl<'a> Parsing<'a> {
 
     /// Reports a letter that no number follows.
     fn no_number(&mut self, letter: u8, start: u32, error: SyntaxError) -> Option<()> {
+        if self.looks_alike(start) || self.has_letter(start) {
+            return Some(());
+        }
+        if let [b',', b'0'..=b'9', ..] = self.rest {
+            return self.stray(b',');
+        }
         let letter = char::from(letter);
         let after_blanks = self.rest.iter().position(|byte| !is_blank(*byte));
         let next = after_blanks.and_then(|at| self.rest.get(at).copied());
@@ -281,10 +331,12 @@ impl<'a> Parsing<'a> {
             (_, Some(b'-' | b'+' | b'.' | b'0'..=b'9')) => {
                 let message = format!("{letter} is followed by something that is no number");
                 Fault::new(&rules::BAD_NUMBER, start, end + 1, message)
+                    .help("one sign at most, digits, one point at most")
             }
             _ => {
                 let message = format!("{letter} is not followed by a number");
-                self.faults.push(Fault::new(&rules::MISSING_NUMBER, start, end, message));
+                let fault = Fault::new(&rules::MISSING_NUMBER, start, end, message);
+                self.faults.push(fault.help("write it, as X10; a remark stands in ( ) or after ;"));
                 return Some(());
             }
         };
@@ -308,7 +360,14 @@ impl<'a> Parsing<'a> {
         match closed {
             Ok((rest, text)) => {
                 self.rest = rest;
-                if matches!(text.first(), Some(b'M' | b'm' | b'D' | b'd' | b'P' | b'p' | b' ')) {
+                if text.contains(&b'(') {
+                    let (fault, length) = stray::nested_comment(self.line, start as usize);
+                    self.rest = self.line.get(start as usize + length..).unwrap_or_default();
+                    self.faults.push(fault);
+                } else if matches!(
+                    text.first(),
+                    Some(b'M' | b'm' | b'D' | b'd' | b'P' | b'p' | b' ')
+                ) {
                     self.message(text, start + 1);
                 }
                 self.text_only(text, start + 1)
@@ -357,73 +416,46 @@ impl<'a> Parsing<'a> {
         }
     }
 
+    /// Reports a letter that stands for a digit, in a word that begins at byte `start`.
+    fn has_letter(&mut self, start: u32) -> bool {
+        let found = stray::letter_for_digit(self.line, start as usize, self.at() as usize);
+        let Some((fault, length)) = found else { return false };
+        self.faults.push(fault);
+        self.step(length);
+        true
+    }
+
+    /// Reports a character that stands for another, in a word that begins at byte `start`.
+    fn looks_alike(&mut self, start: u32) -> bool {
+        let found = stray::look_alike_fault(self.line, start as usize, self.at() as usize);
+        let Some((fault, length)) = found else { return false };
+        self.faults.push(fault);
+        self.step(length);
+        true
+    }
+
     /// Reports a byte at which no item can begin.
     fn stray(&mut self, byte: u8) -> Option<()> {
         let at = self.at();
-        let to_end = self.line.len() as u32;
         if is_control(byte) {
             self.faults.push(not_text(self.line, at as usize));
             return None;
         }
-        let fault = match byte {
-            b'#' | b'[' | b']' | b'=' | b'<' | b'>' => Fault::new(
-                &rules::EXPRESSION,
-                at,
-                at + 1,
-                format!("{} belongs to no word and no parameter", char::from(byte)),
-            )
-            .help("a value follows a letter, as X[#1 + 2]; a parameter is set by #1 = 2"),
-            b'$' => Fault::new(
-                &rules::UNSUPPORTED_WORD,
-                at,
-                to_end,
-                "lines that begin with $ are commands of a sender, not of a program",
-            )
-            .help("leave the line out"),
-            b'0'..=b'9' | b'.' | b'-' | b'+' => {
-                let end = self.rest.iter().take_while(|byte| b"0123456789.+-".contains(byte));
-                let end = at + end.count() as u32;
-                Fault::new(&rules::BAD_NUMBER, at, end, "this number belongs to no letter")
-                    .help("write one letter and one number a word, as X1.5")
-            }
-            b')' => Fault::new(&rules::BAD_CHARACTER, at, at + 1, "a ) without a (")
-                .help("comments do not nest: the first ) ends them"),
-            b'A'..=b'Z' | b'a'..=b'z' | b':' => {
-                let after =
-                    if self.words_end == Some(b'%') { "%" } else { "the * that ends a block" };
-                Fault::new(&rules::BAD_CHARACTER, at, to_end, format!("words after {after}"))
-                    .help("put them on a line of their own")
-            }
-            _ => {
-                let count = self.rest.iter().take_while(|byte| **byte >= 0x80).count().max(1);
-                let bytes = &self.rest[..count];
-                let shown = String::from_utf8_lossy(bytes);
-                let message = format!("{shown:?} belongs to no word");
-                Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message)
-                    .help("comments stand in ( ) or after ;")
-            }
-        };
+        if byte == b',' {
+            let (fault, length) = stray::comma(self.line, at as usize);
+            self.faults.push(fault);
+            self.step(length);
+            return Some(());
+        }
+        if self.looks_alike(at) {
+            return Some(());
+        }
+        let fault = stray::fault(self.line, at as usize, self.words_end);
+        let length = (fault.end - at) as usize;
+        let goes_on = fault.rule == &rules::BAD_NUMBER;
         self.faults.push(fault);
-        None
-    }
-}
-
-/// Reports what stands beside a statement: nothing may, but a line number, and behind THEN what
-/// is set.
-fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
-    let Some(statement) = block.statement() else { return };
-    let word = block.first_of(!letter_bit(b'N')).map(|word| (word.start, word.end));
-    let set = block.assignments().first().map(|set| (set.start, set.end));
-    let is_then = matches!(statement.control, Control::Then(_));
-    let call = block.call.map(|call| (call.start, call.end));
-    if let Some((start, end)) = word.or(call).or(set.filter(|_| !is_then)) {
-        let message = "this stands beside a statement of control flow";
-        let fault = Fault::new(&rules::CALL_ALONE, start, end, message);
-        faults.push(fault.help("put it into a block of its own"));
-    } else if is_then && set.is_none() {
-        let message = "THEN is not followed by a parameter that it sets";
-        let fault = Fault::new(&rules::EXPRESSION, statement.start, statement.end, message);
-        faults.push(fault.help("write IF [#1 EQ 2] THEN #3 = 4"));
+        self.step(length);
+        goes_on.then_some(())
     }
 }
 
@@ -432,155 +464,10 @@ fn label_number(value: f64) -> u32 {
     if value.fract() == 0.0 && value >= 0.0 { value as u32 } else { u32::MAX }
 }
 
-/// A byte that no text holds.
-fn not_text(line: &[u8], at: usize) -> Fault {
-    let byte = line.get(at).copied().unwrap_or_default();
-    let message = format!("byte 0x{byte:02X} is no text: this is no NC program");
-    let is_utf16 = line.starts_with(b"\xff\xfe") || line.starts_with(b"\xfe\xff");
-    let help = if is_utf16 {
-        "this looks like UTF-16: save the program as plain text (ASCII or UTF-8)"
-    } else {
-        "hand in the program as plain text (ASCII or UTF-8)"
-    };
-    Fault::new(&rules::NOT_TEXT, at as u32, at as u32 + 1, message).help(help)
-}
-
 /// The R of `GR`, in either case.
 fn tag_r(input: &[u8]) -> Parsed<'_, &[u8]> {
     nom::bytes::complete::tag_no_case("R").parse(input)
 }
 
-/// Bytes that no text holds. The tab is a blank; line ends never get here.
-fn is_control(byte: u8) -> bool {
-    (byte < 0x20 && byte != b'\t') || byte == 0x7f
-}
-
 #[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn read(line: &[u8]) -> (Block, Vec<&'static str>) {
-        let (mut block, mut faults) = (Block::default(), Vec::new());
-        parse(line, &mut block, &mut faults);
-        (block, faults.iter().map(|fault| fault.rule.name).collect())
-    }
-
-    fn check(line: &str, canonical: &str, faults: &[&str]) {
-        let (block, found) = read(line.as_bytes());
-        assert_eq!((block.to_string().as_str(), found.as_slice()), (canonical, faults), "{line}");
-    }
-
-    #[test]
-    fn lines_become_words() {
-        check("", "", &[]);
-        check("N001 G00 X2.0 Y0.0 F1000 *", "N1 G0 X2 Y0 F1000", &[]);
-        check("n10g1x1y-.5;end", "N10 G1 X1 Y-0.5", &[]);
-        check("g 0 x +0. 12 34 y 7", "G0 X0.1234 Y7", &[]);
-        check("(a) G1 (b;c) X1 (d)", "G1 X1", &[]);
-        check("/ N5 G4 P.5", "/N5 G4 P0.5", &[]);
-        check(":1000", "O1000", &[]);
-        check("O0008 (Test program)", "O8", &[]);
-        check("% ; tape", "%", &[]);
-        check("GR100", "GR100", &[]);
-        check("N7 g r P100 L2", "GR N7 P100 L2", &[]);
-        check("O5 GR100", "GR100 O5", &[]);
-        check("G1 (\u{e4}\u{f6}) X1", "G1 X1", &[]);
-        check("x#1 y-#<A b>z[1+2]", "X[#1] Y[-[#<ab>]] Z[[1 + 2]]", &[]);
-        check("#1=2+3 ##2=#1 *", "#1=[2 + 3] #[#2]=#1", &[]);
-        check("N5 o<Name> call [1] [#2]", "N5 O<name> CALL [1] [#2]", &[]);
-        check("o 10 while[#1 lt 5](c)", "O10 WHILE [[#1 LT 5]]", &[]);
-        check("IF[#1EQ2]GOTO10", "IF [[#1 EQ 2]] GOTO [10]", &[]);
-        check("IF [#1] THEN #2=3", "IF [#1] THEN #2=3", &[]);
-        check("N7 WHILE [1] DO2", "N7 WHILE [1] DO2", &[]);
-        check("END2", "END2", &[]);
-        check("G X COS[0]", "X[COS[0]]", &["missing-number"]);
-    }
-
-    #[test]
-    fn faults_are_named_and_the_rest_of_the_words_is_read() {
-        check("G1 X Y2 Z", "G1 Y2", &["missing-number", "missing-number"]);
-        check("X1 X2 Y3", "X1 Y3", &["repeated-word"]);
-        check("X1.2.3", "X1.2", &["bad-number"]);
-        check("X--1", "", &["bad-number"]);
-        check("X9999999999", "", &["bad-number"]);
-        check("G1 (open", "G1", &["open-comment"]);
-        check("G1 (a(b)c) X1", "G1", &["missing-number", "bad-character"]);
-        check("G1 *X1", "G1", &["bad-character"]);
-        check("% G1", "%", &["bad-character"]);
-        check("G1 X#", "G1", &["expression"]);
-        check("#1 5", "", &["expression"]);
-        check("#1=", "", &["expression"]);
-        check("X1 ] Y2", "X1", &["expression"]);
-        check("IF [#1] X5", "", &["expression"]);
-        check("IF [#1] THEN", "IF [#1] THEN", &["expression"]);
-        check("X5 o1 endif", "X5 O1 ENDIF", &["call-alone"]);
-        check("o<a", "", &["expression"]);
-        check("o<a>", "", &["expression"]);
-        check("o1 sb", "", &["expression"]);
-        check("$H", "", &["unsupported-word"]);
-        check("G1 \u{e9}", "G1", &["bad-character"]);
-        check("G1 \u{0}", "", &["not-text"]);
-        check("!? X Y \u{7f}", "", &["not-text"]);
-        check("(\u{1})", "", &["not-text"]);
-        check("1 2", "", &["bad-number"]);
-        check("G1 / X1", "G1", &["bad-character"]);
-    }
-
-    #[test]
-    fn words_know_their_place() {
-        let (block, _) = read(b"  G1 x 1 5 Y2");
-        let places: Vec<_> = block.words().iter().map(|word| (word.start, word.end)).collect();
-        assert_eq!(places, [(2, 4), (5, 10), (11, 13)]);
-    }
-
-    fn any_number() -> impl Strategy<Value = f64> {
-        prop_oneof![
-            (-1_000_000_i32..1_000_000, 0_u8..7)
-                .prop_map(|(mantissa, decimals)| f64::from(mantissa) / 10_f64.powi(decimals.into())),
-            -1e9..1e9_f64,
-        ]
-    }
-
-    proptest! {
-        #[test]
-        fn a_printed_block_reads_back(
-            words in proptest::collection::vec(("[A-Z]", any_number()), 0..12),
-            delete: bool,
-        ) {
-            let mut line = String::from(if delete { "/" } else { "" });
-            for (letter, value) in words {
-                line += &format!("{letter}{value} ");
-            }
-            let (block, _) = read(line.as_bytes());
-            let (again, faults) = read(block.to_string().as_bytes());
-            prop_assert_eq!(faults.len(), 0);
-            prop_assert_eq!(block, again);
-        }
-
-        #[test]
-        fn a_printed_statement_reads_back(
-            words in proptest::collection::vec(
-                "[XYZ](#[1-9]|\\[#<a>[-+*/][0-9]\\]|[0-9])|#[1-9]=[-0-9#]{1,2}|o<a> (sub|call \\[1\\]|endsub \\[#1\\]|repeat\\[2\\])|IF\\[#1\\]GOTO5|DO1|N5",
-                0..3,
-            ),
-        ) {
-            let (block, faults) = read(words.join(" ").as_bytes());
-            prop_assume!(faults.is_empty());
-            let (again, faults) = read(block.to_string().as_bytes());
-            prop_assert_eq!(faults.len(), 0, "{}", block);
-            prop_assert_eq!(block, again);
-        }
-
-        #[test]
-        fn no_bytes_panic(line in proptest::collection::vec(any::<u8>(), 0..200)) {
-            read(&line);
-        }
-
-        #[test]
-        fn no_text_panics(line in "[GXYMORgrifendo<>=0-9.#%*/(); \\[\\]é-]{0,60}") {
-            read(line.as_bytes());
-        }
-    }
-}
+mod tests;

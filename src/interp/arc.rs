@@ -115,7 +115,8 @@ impl ArcTask<'_> {
                 difference * self.steps_per_mm
             );
             let fault = Fault::block(rule, self.block, message);
-            faults.push(match self.remedy(center, start_radius) {
+            let remedy = self.absolute_center(offset).or_else(|| self.remedy(center, start_radius));
+            faults.push(match remedy {
                 Some(remedy) => fault.help(remedy),
                 None => fault,
             });
@@ -163,6 +164,18 @@ impl ArcTask<'_> {
         ])
     }
 
+    /// Whether the centre's words fit as positions, and what to write then.
+    fn absolute_center(&self, offset: [f64; 2]) -> Option<String> {
+        let center = [0, 1].map(|i| self.end_origin_mm[i] + offset[i] * self.mm_per_unit);
+        let radii = [self.start_mm, self.end_mm].map(|end| distance(end, center));
+        let fits = (radii[0] - radii[1]).abs() < self.tolerance_mm && radii[0] > self.tolerance_mm;
+        if !fits || self.end_origin_mm == self.start_mm {
+            return None;
+        }
+        let [first, second] = self.plane.axes().map(|axis| char::from(center_letter(axis)));
+        Some(format!("as positions {first} and {second} fit: write G90.1 before"))
+    }
+
     /// Which single word would make both radii equal: one of the end, one of the centre.
     fn remedy(&self, center: [f64; 2], radius: f64) -> Option<String> {
         let axes = self.plane.axes();
@@ -206,8 +219,11 @@ impl ArcTask<'_> {
     }
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+/// Positions are far from where a square would overflow, and this takes a third of the time of
+/// `hypot`.
+pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let [x, y] = [a[0] - b[0], a[1] - b[1]];
+    (x * x + y * y).sqrt()
 }
 
 /// Angle that an arc turns by, all turns included; never negative.

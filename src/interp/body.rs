@@ -182,7 +182,11 @@ impl Linker {
                 body.link(at, |links| links.other = around.at);
                 around.inside.push(at);
             }
-            Control::Return(_) | Control::Call(_) | Control::Goto { .. } | Control::Then(_) => {}
+            Control::Return(_)
+            | Control::Call(_)
+            | Control::CallNumber(..)
+            | Control::Goto { .. }
+            | Control::Then(_) => {}
         }
         Ok(())
     }

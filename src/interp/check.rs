@@ -11,7 +11,7 @@ use super::Options;
 use super::findings::Place;
 use super::motion::Motion;
 use super::program::{Library, parse_line, program_number};
-use super::run::{End, Run};
+use super::run::{End, PassedOver, Run};
 use super::travel::Travel;
 
 /// What a program amounts to.
@@ -31,6 +31,10 @@ pub struct Summary {
     pub end_mm: Point,
     /// Least and greatest position of each of the machine's axes; none where nothing moves.
     pub extents_mm: AxisMap<Option<[f64; 2]>>,
+    /// How far the part may be shifted along each axis and still fit: the least and the greatest
+    /// shift. Where the least is greater, the part is larger than the travel, by the difference.
+    /// None on axes without travel, and where nothing moves.
+    pub shifts_mm: AxisMap<Option<[f64; 2]>>,
     /// Axes that some word of the program addresses.
     pub axes_used: AxisSet,
 }
@@ -85,14 +89,22 @@ pub fn check(
     let mut summary = Summary { start_mm: run.engine.executor.position_mm(), ..Summary::default() };
     let mut motions = Vec::new();
     while run.step(&mut motions)? {
-        for motion in motions.drain(..) {
+        for motion in &motions {
             match motion {
                 Motion::Move(_) => summary.moves += 1,
                 Motion::Event(_) => summary.events += 1,
             }
         }
+        motions.clear();
     }
     check_rest(&mut run)?;
+    for passed in std::mem::take(&mut run.passed_over) {
+        if !run.library.has_read(&passed.label) {
+            let PassedOver { line, text, faults, .. } = &passed;
+            let place = Place { line: *line, text, calls: &[], file: None };
+            run.engine.findings.take(&mut never_called(faults.clone()), place);
+        }
+    }
     if run.engine.blocks == 0 && run.engine.findings.errors == 0 {
         let place = Place { line: run.lines.number().max(1), text: b"", calls: &[], file: None };
         let fault = Fault::new(&rules::EMPTY_PROGRAM, 0, 1, "there is no block in this file");
@@ -101,11 +113,13 @@ pub fn check(
     if let Some(travel) = run.engine.travel.take() {
         travel.report(&mut run.engine.findings);
         summary.extents_mm = travel.extents_mm(machine);
+        summary.shifts_mm = travel.shifts_mm(machine);
     }
     summary.lines = u64::from(run.lines.number());
     summary.blocks = run.engine.blocks;
     summary.end_mm = run.engine.executor.position_mm();
     summary.axes_used = run.engine.executor.axes_used;
+    run.engine.plunges.report(summary.axes_used, &mut run.engine.findings);
     let hashes = run.library.inputs.list.iter();
     let inputs = hashes.map(|input| (input.source.name().to_owned(), input.sha256)).collect();
     let mut diagnostics = run.engine.findings.list;
@@ -129,6 +143,8 @@ pub fn check(
 /// faults too, and blocks outside of any are never run.
 fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
     let mut in_program = run.rest_in_program || matches!(run.end, End::NextProgram | End::GivenUp);
+    // What a run that was given up would have called is not known.
+    let ran_whole = run.end != End::GivenUp;
     // Faults of subprograms that were called have been reported when they were read.
     let has_read = |library: &Library, number| library.has_read(&Label::Number(number));
     let mut reported = (run.end == End::NextProgram || run.rest_in_program)
@@ -138,7 +154,7 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
     let mut faults = Vec::new();
     while run.end != End::NotText {
         let Some(line) = run.lines.next_line()? else { return Ok(()) };
-        parse_line(&line, &mut block, &mut faults, run.block_delete);
+        parse_line(&line, &mut block, &mut faults, run.text);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let is_blank = block.is_empty() && faults.is_empty();
         if run.end == End::Text {
@@ -160,24 +176,43 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
             if block.is_plain() {
                 run.engine.executor.check_codes(&block, &mut faults);
             }
-        } else if !is_blank && !block.percent && !after_end_said {
-            after_end_said = true;
-            let message = "this and what follows stands after the program's end: it is not run";
-            let fault = Fault::block(&rules::AFTER_END, &block, message);
-            run.engine.findings.add(fault.help("write M30 after it, or take it out"), place);
+        } else if run.end != End::NotText {
+            // Nobody reads it: it may be notes in plain words.
+            faults.clear();
+            if !is_blank && !block.percent && !after_end_said {
+                after_end_said = true;
+                let message = "this and what follows stands after the program's end: it is not run";
+                let fault = Fault::block(&rules::AFTER_END, &block, message);
+                run.engine.findings.add(
+                    fault.help("move the program's end (M2, M30 or %) behind it, or take it out"),
+                    place,
+                );
+            }
         }
         if reported {
             faults.clear();
+        }
+        if ran_whole && in_program && run.end != End::NotText {
+            faults = never_called(faults);
         }
         run.engine.findings.take(&mut faults, place);
     }
     Ok(())
 }
 
+/// Faults of text that never runs, as warnings: it may be for another control, or unfinished.
+fn never_called(faults: Vec<Fault>) -> Vec<Fault> {
+    let told = |fault: Fault| {
+        let message = format!("{}; this is never called", fault.message);
+        Fault { rule: &rules::NEVER_CALLED, message, ..fault }
+    };
+    faults.into_iter().map(told).collect()
+}
+
 fn sha256(source: &Source) -> io::Result<[u8; 32]> {
     let mut hash = Sha256::new();
     let mut reader = source.reader(0);
-    let mut chunk = vec![0; 256 * 1024];
+    let mut chunk = vec![0; 64 * 1024];
     loop {
         let count = match reader.read(&mut chunk) {
             Ok(0) => return Ok(hash.finalize().into()),

@@ -1,11 +1,26 @@
 //! Which codes a block holds, and whether they can stand together.
 
-use crate::gcode::codes::{self, ARC_LETTERS, AXIS_LETTERS, Code, FREE_LETTERS, Group, Op};
-use crate::gcode::{Block, Fault, letter_bit, rules};
+use crate::gcode::codes::{
+    self, ARC_LETTERS, AXIS_LETTERS, CODES, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
+};
+use crate::gcode::{Block, Fault, LATHE_CODES, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
-use super::words::{conflict, go_together, unsupported};
+use super::spline::{LOOK_AHEAD_LETTERS, is_look_ahead};
+use super::threading::THREAD_LETTERS;
+use super::words::{conflict, exponent, go_together, is_told, unknown, unsupported, unused};
+
+impl MotionMode {
+    /// The code that puts it in force, if one does.
+    pub(super) fn code(self) -> Option<&'static Code> {
+        let puts = |code: &&Code| code.op.and_then(motion_of) == Some(self);
+        match self {
+            MotionMode::None | MotionMode::Foreign => None,
+            _ => CODES.iter().chain(LATHE_CODES).find(puts),
+        }
+    }
+}
 
 impl Executor<'_> {
     /// Finds the codes of a block and what is wrong with them by themselves.
@@ -20,21 +35,13 @@ impl Executor<'_> {
         let mut groups = 0_u32;
         for word in block.words() {
             if !matches!(word.letter, b'G' | b'M') {
-                if word.letter == b'E' {
-                    let help = "numbers have no exponents: write all digits";
-                    let message = format!("{word} means nothing here");
-                    let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-                    faults.push(fault.help(help));
-                    asked.is_foreign = true;
-                }
                 continue;
             }
-            let Some(code) = codes::find(word.letter, word.value) else {
-                faults.push(Fault::word(
-                    &rules::UNKNOWN_WORD,
-                    word,
-                    format!("there is no {word} in any dialect known here"),
-                ));
+            let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
+            let Some(code) = own.or_else(|| codes::find(word.letter, word.value)) else {
+                if !is_told(word, faults) {
+                    faults.push(unknown(word));
+                }
                 asked.is_foreign = true;
                 continue;
             };
@@ -49,6 +56,7 @@ impl Executor<'_> {
             }
             groups |= bit;
             match code.op {
+                Some(op) if is_look_ahead(op, block) => self.codes.push((code, Op::LookAhead)),
                 Some(op) => self.codes.push((code, op)),
                 None => {
                     faults.push(unsupported(code, word));
@@ -67,6 +75,13 @@ impl Executor<'_> {
             asked.is_faulty |= self.claims_twice(block, faults);
         }
         asked
+    }
+
+    /// Whether the block at hand has led to positions of the machine, which do not shift with the
+    /// work: G53, G28, G30.
+    pub(super) fn names_machine_positions(&self) -> bool {
+        let names = |op: &Op| matches!(op, Op::MachineCoordinates | Op::GoToReference(_));
+        self.codes.iter().any(|(_, op)| names(op))
     }
 
     /// Reports two codes of a block that both make use of its axis words. A motion code beside G28
@@ -104,27 +119,35 @@ impl Executor<'_> {
         if asked.is_foreign || mode == MotionMode::Foreign {
             return false;
         }
-        let mut used = FREE_LETTERS | AXIS_LETTERS;
-        for (code, _) in &self.codes {
-            used |= code.words;
+        if self.is_lathe() && self.names_twice(block, faults) {
+            return true;
+        }
+        let mut used = FREE_LETTERS | AXIS_LETTERS | POLAR_LETTERS;
+        for (code, op) in &self.codes {
+            used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }
         match mode {
             MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
+            MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),
-            MotionMode::None | MotionMode::Rapid | MotionMode::Line | MotionMode::Foreign => {}
+            MotionMode::Spline(code) => used |= code.words(),
+            MotionMode::Follow(follow) => used |= follow.words(),
+            MotionMode::Single(_) => used |= letter_bit(b'R'),
+            MotionMode::Turn(_)
+            | MotionMode::None
+            | MotionMode::Rapid
+            | MotionMode::Line
+            | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {
             return false;
         }
         for word in block.words().iter().filter(|word| letter_bit(word.letter) & !used != 0) {
-            let message = format!("nothing in this block makes use of {word}");
-            let fault = Fault::word(&rules::UNUSED_WORD, word, message);
-            faults.push(match word.letter {
-                b'I' | b'J' | b'K' | b'R' => fault.help("arcs need G2 or G3 in force"),
-                b'D' => fault.help("D goes with G41 and G42, the tool whose radius they take"),
-                b'H' => fault.help("H goes with G43, the tool's length"),
-                _ => fault.help("leave it out, or write the code that it belongs to"),
-            });
+            if word.letter != b'E' {
+                faults.push(unused(word, mode));
+            } else if !is_told(word, faults) {
+                faults.push(exponent(word, block));
+            }
         }
         true
     }

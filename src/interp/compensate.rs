@@ -1,5 +1,6 @@
 //! G40, G41 and G42: when the compensation stage stands in the way of motion, and what may not.
 
+use crate::base::Plane;
 use crate::gcode::codes::{Group, Op};
 use crate::gcode::{Block, Fault, rules};
 
@@ -8,6 +9,16 @@ use super::execute::{Asked, Executor, MotionMode, Output, is_error};
 use super::words::whole;
 
 impl Executor<'_> {
+    /// G40 to G42.1.
+    pub(super) fn set_compensation(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
+        match op {
+            Op::Compensate { left, by_diameter } => {
+                self.compensation_on((left, by_diameter), block, out);
+            }
+            _ => self.compensation_off(block, out),
+        }
+    }
+
     /// G40. What the block has made before it is of the contour still.
     pub(super) fn compensation_off(&mut self, block: &Block, out: &mut Output<'_>) {
         self.compensate(block, out);
@@ -27,7 +38,15 @@ impl Executor<'_> {
             out.faults.push(fault.help("write G40 and a straight move before"));
             return;
         }
-        let Some(radius_mm) = self.radius_mm(by_diameter, block, out.faults) else { return };
+        let Some((radius_mm, orientation)) = self.nose(by_diameter, block, out.faults) else {
+            return;
+        };
+        if !matches!(orientation, 0 | 9) && self.plane != Plane::Zx {
+            let message = "a lathe tool with an orientation is compensated in the ZX plane";
+            let fault = Fault::block(&rules::COMPENSATION_MODE, block, message);
+            out.faults.push(fault.help("write G18 before it"));
+            return;
+        }
         let Some(is_mirrored) = self.frames.arcs_mirrored(self.plane) else {
             let message = "compensation needs equal scaling of its plane, and no turn out of it";
             out.faults.push(Fault::block(&rules::COMPENSATION_MODE, block, message));
@@ -36,28 +55,39 @@ impl Executor<'_> {
         let is_left = is_left != is_mirrored;
         if radius_mm != 0.0 {
             let at = self.position_mm;
-            self.compensation = Some(Compensation::new(self.plane, is_left, radius_mm, at));
+            let stage = Compensation::new(self.plane, is_left, radius_mm, orientation, at);
+            self.compensation = Some(stage);
             self.motion_first = out.motions.len();
         }
     }
 
-    /// The radius: D is a tool, without it the one in the spindle; of G41.1 and G42.1 a diameter.
-    fn radius_mm(&self, by_diameter: bool, block: &Block, faults: &mut Vec<Fault>) -> Option<f64> {
+    /// The radius and, of a lathe tool, its orientation: D is a tool, without it the one in the
+    /// spindle; of G41.1 and G42.1 D is a diameter and L the orientation.
+    fn nose(
+        &self,
+        by_diameter: bool,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> Option<(f64, u32)> {
         let word = block.word(b'D');
         if by_diameter {
             if word.is_none() {
                 let message = "G41.1 and G42.1 need D, the tool's diameter";
                 faults.push(Fault::block(&rules::MISSING_WORD, block, message));
             }
-            return word.map(|word| word.value * self.mm_per_unit / 2.0);
+            let orientation = match block.word(b'L') {
+                Some(word) => whole(word, 9, faults)?,
+                None => 0,
+            };
+            return word.map(|word| (word.value * self.mm_per_unit / 2.0, orientation));
         }
         let number = match word {
             Some(word) => whole(word, 99_999, faults)?,
             None => self.loaded.unwrap_or(0),
         };
         match self.tools.get(number) {
-            Some(tool) => Some(tool.diameter_mm / 2.0),
-            None if word.is_some() && number == 0 => Some(0.0),
+            Some(tool) => Some((tool.diameter_mm / 2.0, tool.orientation)),
+            None if word.is_some() && number == 0 => Some((0.0, 0)),
             None => {
                 faults.push(self.unknown_tool(number, block));
                 None
@@ -100,6 +130,7 @@ impl Executor<'_> {
 
     /// The program is over: the machine stays where compensation has led it.
     pub(super) fn finish(&mut self, block: &Block, out: &mut Output<'_>) {
+        self.end_without_nurbs(block, out.faults);
         self.end_compensation(block, out);
         if let Some(stage) = self.compensation.take() {
             self.position_mm = stage.position_mm();
@@ -137,8 +168,7 @@ impl Executor<'_> {
     }
 }
 
-fn plane_of(op: Op) -> Option<crate::base::Plane> {
-    use crate::base::Plane;
+fn plane_of(op: Op) -> Option<Plane> {
     match op {
         Op::PlaneXy => Some(Plane::Xy),
         Op::PlaneZx => Some(Plane::Zx),

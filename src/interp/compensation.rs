@@ -9,9 +9,9 @@
 //! ```
 //!
 //! A move is held until the next one in the plane tells its end. The first move after G41 or G42
-//! leads in, to a place beside its end, across its own direction; the first after G40 leads out,
-//! straight to where it ends, on axes that it does not name too (as RS274/NGC has it). Each of the
-//! two is a straight line. A move that the corners
+//! leads in, to a place beside its end, across its own direction; an arc becomes a wider or a
+//! narrower one that ends there in the same direction. The first after G40 leads out, straight to
+//! where it ends, on axes that it does not name too (as RS274/NGC has it). A move that the corners
 //! at both its ends swallow would gouge and is refused; so is an inside arc of no more than the
 //! tool's radius. Corners of moves that do not follow each other are not looked at.
 
@@ -37,6 +37,8 @@ type Vector = [f64; 2];
 pub(super) struct Compensation {
     pub plane: Plane,
     radius_mm: f64,
+    /// From the centre of a lathe tool's nose to the point of it that the program leads.
+    tip_mm: Vector,
     /// 1: left of the contour, -1: right of it.
     side: f64,
     /// Whether G40 has come: what is left is to lead out.
@@ -72,11 +74,39 @@ struct Round {
 }
 
 impl Compensation {
+    /// Whether it keeps left of the path.
+    pub fn is_left(&self) -> bool {
+        self.side > 0.0
+    }
+
     /// Begins at a position of the contour; `is_left` of a negative radius is right.
-    pub fn new(plane: Plane, is_left: bool, radius_mm: f64, at: Point) -> Compensation {
+    pub fn new(
+        plane: Plane,
+        is_left: bool,
+        radius_mm: f64,
+        orientation: u32,
+        at: Point,
+    ) -> Compensation {
         let side = if is_left == (radius_mm >= 0.0) { 1.0 } else { -1.0 };
         let radius_mm = radius_mm.abs();
-        Compensation { plane, radius_mm, side, leads_out: false, at, held: Vec::new(), last: None }
+        let tip_mm = tip(orientation).map(|part| part * radius_mm);
+        let (leads_out, held, last) = (false, Vec::new(), None);
+        Compensation { plane, radius_mm, tip_mm, side, leads_out, at, held, last }
+    }
+
+    /// A move of the contour as the nose's centre has to be led for it.
+    fn led(&self, mut step: Move) -> Move {
+        let axes = self.plane.axes();
+        for (axis, by_mm) in axes.into_iter().zip(self.tip_mm) {
+            step.from[axis] += by_mm;
+            step.to[axis] += by_mm;
+        }
+        if let MoveKind::Arc { plane, center_mm, .. } = &mut step.kind
+            && *plane == self.plane
+        {
+            *center_mm = [center_mm[0] + self.tip_mm[0], center_mm[1] + self.tip_mm[1]];
+        }
+        step
     }
 
     /// Whether G40 has not come yet.
@@ -97,24 +127,25 @@ impl Compensation {
         out: &mut Vec<Motion>,
         faults: &mut Vec<Fault>,
     ) -> bool {
-        let Motion::Move(step) = motion else {
-            self.hold(motion, block, out, faults);
-            return true;
+        let step = match motion {
+            Motion::Move(step) => step,
+            event => {
+                self.hold(event, block, out, faults);
+                return true;
+            }
         };
+        let step = if self.leads_out { step } else { self.led(step) };
         let is_round = matches!(step.kind, MoveKind::Arc { .. });
         if !is_round && !self.leads_out && self.flat(&step.from) == self.flat(&step.to) {
-            self.hold(motion, block, out, faults);
+            self.hold(Motion::Move(step), block, out, faults);
             return true;
         }
         let other_plane = matches!(step.kind, MoveKind::Arc { plane, .. } if plane != self.plane);
-        let is_lead = self.leads_out || self.last.is_none();
-        if other_plane || (is_lead && is_round) {
+        if other_plane || (self.leads_out && is_round) {
             let message = if other_plane {
                 "this arc does not lie in the plane of compensation"
-            } else if self.leads_out {
-                "the first move after G40 leads out: it cannot be an arc"
             } else {
-                "the first move after G41 or G42 leads in: it cannot be an arc"
+                "the first move after G40 leads out: it cannot be an arc"
             };
             faults.push(Fault::block(&rules::COMPENSATION_MODE, block, message));
             return true;
@@ -124,8 +155,12 @@ impl Compensation {
             self.at = step.to;
             return false;
         }
-        match self.piece(&step) {
-            Some(piece) => self.join(piece, step, block, out, faults),
+        let made = match self.piece(&step) {
+            Some(piece) if self.last.is_none() => self.leading_in(piece, step),
+            made => made.map(|piece| (piece, step)),
+        };
+        match made {
+            Some((piece, step)) => self.join(piece, step, block, out, faults),
             None => {
                 let message = format!(
                     "the tool's radius of {:.4} mm does not fit into this arc",
@@ -186,6 +221,28 @@ impl Compensation {
         }
     }
 
+    /// The first piece, from the contour to beside it. An arc becomes the one that ends there in the
+    /// same direction; none where that would have to turn the other way.
+    fn leading_in(&self, mut piece: Piece, mut step: Move) -> Option<(Piece, Move)> {
+        piece.start = self.flat(&self.at);
+        piece.is_lead_in = true;
+        let (Some(round), MoveKind::Arc { center_mm, .. }) = (&mut piece.round, &mut step.kind)
+        else {
+            return Some((piece, step));
+        };
+        // Its centre lies on the radius of its end, as far from the start as from the end.
+        let way = minus(piece.start, piece.end);
+        let inward = minus(round.center, piece.end).map(|part| part / round.radii[1]);
+        let radius = dot(way, way) / (2.0 * dot(way, inward));
+        if !radius.is_finite() || radius <= 0.0 {
+            return None;
+        }
+        round.center = plus(piece.end, inward, radius);
+        round.radii = [radius; 2];
+        *center_mm = round.center;
+        Some((piece, step))
+    }
+
     /// Ends the piece before where a piece begins, and goes round the corner between.
     fn join(
         &mut self,
@@ -197,8 +254,6 @@ impl Compensation {
     ) {
         match self.last {
             None => {
-                piece.start = self.flat(&self.at);
-                piece.is_lead_in = true;
                 if length(minus(piece.corner, piece.start)) <= self.radius_mm {
                     let message = format!(
                         "the move that leads in is no longer than the tool's radius of {:.4} mm",
@@ -253,14 +308,11 @@ impl Compensation {
         out: &mut Vec<Motion>,
     ) {
         let feed_of = |motion: Option<&Motion>| match motion {
-            Some(Motion::Move(Move {
-                kind: MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. },
-                ..
-            })) => Some(*feed_mm_min),
+            Some(Motion::Move(step)) => step.kind.feed_mm_min(),
             _ => None,
         };
         let before = out.iter().rev().find(|motion| matches!(motion, Motion::Move(_)));
-        let feed_mm_min = feed_of(Some(&Motion::Move(*next))).or(feed_of(before));
+        let feed_mm_min = next.kind.feed_mm_min().or(feed_of(before));
         let mut ways = Vec::new();
         match feed_mm_min {
             Some(feed_mm_min) => {
@@ -281,7 +333,7 @@ impl Compensation {
         for (end, kind) in ways {
             let mut to = self.at;
             [to[first], to[second]] = end;
-            out.push(Motion::Move(Move { from: self.at, to, kind, ..*next }));
+            out.push(Motion::Move(Move { from: self.at, to, kind, ..next.clone() }));
             self.at = to;
         }
     }
@@ -370,6 +422,22 @@ impl Piece {
             }
             (Some(a), Some(b)) => near(circles(a.center, a.radii[1], b.center, b.radii[0])?),
         }
+    }
+}
+
+/// Where the tip of a lathe tool lies beside the centre of its nose, in radii along Z and X, by
+/// LinuxCNC's numbers of orientation: 1 to 4 between two axes, 5 to 8 on one, 0 and 9 at the centre.
+fn tip(orientation: u32) -> Vector {
+    match orientation {
+        1 => [1.0, -1.0],
+        2 => [-1.0, -1.0],
+        3 => [-1.0, 1.0],
+        4 => [1.0, 1.0],
+        5 => [1.0, 0.0],
+        6 => [0.0, -1.0],
+        7 => [-1.0, 0.0],
+        8 => [0.0, 1.0],
+        _ => [0.0, 0.0],
     }
 }
 

@@ -25,7 +25,7 @@ use super::words::whole;
 const BACK_OFF_MM: f64 = 0.254;
 
 /// Most pecks and holes of one block: more are a mistake in Q or L.
-const PASSES_MAX: f64 = 10_000.0;
+pub(super) const PASSES_MAX: f64 = 10_000.0;
 
 /// Letters of the axes that are held in a cycle.
 const HELD_LETTERS: u32 = AXIS_LETTERS & !(letter_bit(b'X') | letter_bit(b'Y') | letter_bit(b'Z'));
@@ -75,11 +75,10 @@ impl Executor<'_> {
         }
         let across = self.plane.normal();
         let mut at = self.frames.program(&self.position_mm);
-        let held = self.cycle;
         let initial_mm = *self.cycle.initial_mm.get_or_insert(at[across]);
         let base_mm = if self.absolute { 0.0 } else { initial_mm };
-        let r_mm = held.r_mm + base_mm;
-        let bottom_mm = held.depth_mm + if self.absolute { 0.0 } else { r_mm };
+        let r_mm = self.cycle.r_mm + base_mm;
+        let bottom_mm = self.cycle.depth_mm + if self.absolute { 0.0 } else { r_mm };
         if r_mm < bottom_mm {
             let message = format!(
                 "the R level, {across}{r_mm:.4} mm, lies below the bottom, {across}{bottom_mm:.4} mm"
@@ -103,7 +102,7 @@ impl Executor<'_> {
             r_mm,
             clear_mm: if self.returns_to_r { r_mm } else { initial_mm.max(r_mm) },
             bottom_mm,
-            top_mm: held.shift_mm[2] + if self.absolute { 0.0 } else { bottom_mm },
+            top_mm: self.cycle.shift_mm[2] + if self.absolute { 0.0 } else { bottom_mm },
             aside: self.aside(cycle, axes),
         };
         let mut drill = Drilling { executor: self, block, out };
@@ -115,10 +114,11 @@ impl Executor<'_> {
         for pass in 0..repeats {
             for (axis, by_mm) in axes.into_iter().zip(by_mm) {
                 // Absolute words name one place, however often.
-                if pass == 0 {
-                    at[axis] = target[axis];
-                } else if !drill.executor.absolute {
-                    at[axis] += by_mm;
+                match asked.polar_step {
+                    _ if pass == 0 => at[axis] = target[axis],
+                    Some(step) if axis == axes[0] => step.apply(&mut at),
+                    None if !drill.executor.absolute => at[axis] += by_mm,
+                    _ => {}
                 }
             }
             drill.rapid(&at);

@@ -1,7 +1,9 @@
 //! How long a move takes at its feed: a feed mistyped by a few places must not make a plan of
 //! years. How fast the machine can go is not asked here.
 
-use crate::base::Axis;
+use std::f64::consts::TAU;
+
+use crate::base::{Axis, Point};
 use crate::gcode::{Block, Fault, rules};
 
 use super::arc::sweep_rad;
@@ -10,12 +12,16 @@ use super::motion::{Move, MoveKind};
 /// Longest that one move may take at its feed: a day, in minutes.
 const MOVE_MIN_MAX: f64 = 24.0 * 60.0;
 
+/// The axes in the order in which a feed applies to them.
+const AXES: [[Axis; 3]; 3] =
+    [Axis::LINEAR, [Axis::U, Axis::V, Axis::W], [Axis::A, Axis::B, Axis::C]];
+
 /// What is wrong with a move that takes longer than a day.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
-    let feed_min = match step.kind {
-        MoveKind::Rapid => return None,
-        MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } => feed_mm_min,
-    };
+    let feed_min = step.kind.feed_mm_min()?;
+    if length_most(step).is_some_and(|most| most <= feed_min * MOVE_MIN_MAX) {
+        return None;
+    }
     let (length, unit) = length_and_unit(step);
     let minutes = length / feed_min;
     // Of a move that goes nowhere it is no number.
@@ -32,15 +38,35 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     Some(fault.help(help))
 }
 
+/// What the length of a line or an arc cannot exceed: the sum of its ways along the axes, and for an
+/// arc so many turns at such a sum for its radius. This needs no roots and angles, and runs for every
+/// move.
+fn length_most(step: &Move) -> Option<f64> {
+    let way = |axis| (step.to[axis] - step.from[axis]).abs();
+    let straight: f64 = AXES.map(|[a, b, c]| way(a) + way(b) + way(c)).into_iter().sum();
+    let (plane, center_mm, turns) = match step.kind {
+        MoveKind::Rapid | MoveKind::Line { .. } => return Some(straight),
+        MoveKind::Arc { plane, center_mm, turns, .. } => (plane, center_mm, turns),
+        MoveKind::Spline { .. } => return None,
+    };
+    let radius_most = |point: &Point| {
+        let [first, second] = plane.axes();
+        (point[first] - center_mm[0]).abs() + (point[second] - center_mm[1]).abs()
+    };
+    let radius = radius_most(&step.from).max(radius_most(&step.to));
+    Some(straight + (1.0 + f64::from(turns)) * TAU * radius)
+}
+
 /// The length of a move that its feed applies to, as the path has it.
 pub(super) fn length(step: &Move) -> f64 {
     length_and_unit(step).0
 }
 
 fn length_and_unit(step: &Move) -> (f64, &'static str) {
-    match step.kind {
+    match &step.kind {
         MoveKind::Rapid | MoveKind::Line { .. } => line_length(step),
         MoveKind::Arc { .. } => (arc_length_mm(step), "mm"),
+        MoveKind::Spline { curve, .. } => (curve.length_mm(), "mm"),
     }
 }
 
@@ -49,11 +75,12 @@ fn line_length(step: &Move) -> (f64, &'static str) {
     let norm = |axes: [Axis; 3]| {
         axes.into_iter().map(|axis| (step.to[axis] - step.from[axis]).powi(2)).sum::<f64>().sqrt()
     };
-    [(Axis::LINEAR, "mm"), ([Axis::U, Axis::V, Axis::W], "mm")]
-        .map(|(axes, unit)| (norm(axes), unit))
-        .into_iter()
-        .find(|(length, _)| *length > 0.0)
-        .unwrap_or_else(|| (norm([Axis::A, Axis::B, Axis::C]), "degrees"))
+    let [linear, parallel, rotary] = AXES;
+    let mut lengths = [linear, parallel].into_iter().map(norm);
+    match lengths.find(|length| *length > 0.0) {
+        Some(length) => (length, "mm"),
+        None => (norm(rotary), "degrees"),
+    }
 }
 
 fn arc_length_mm(step: &Move) -> f64 {

@@ -1,19 +1,24 @@
 //! One block, whatever stands on it: expressions get their values, parameters are set, messages are
 //! said, and what is left goes to the executor.
 
-use crate::base::Machine;
+use crate::base::{Axis, Event, EventKind, Machine};
+use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
 
 use super::Options;
 use super::check::Said;
 use super::duration::too_slow;
-use super::execute::{Executor, Output};
+use super::execute::{Executor, MotionMode, Output, is_error};
+use super::feed::Turning;
 use super::findings::{Findings, Place};
 use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
+use super::plunge::{Plunges, is_cut};
+use super::system::read_only;
 use super::travel::Travel;
-use super::words::subprogram_flow;
+use super::turning::Contour;
+use super::words::{subprogram_flow, whole};
 
 /// Greatest magnitude of a word, as of a number that is written.
 const WORD_MAX: f64 = 1e9;
@@ -26,8 +31,12 @@ pub(super) struct Engine<'a> {
     pub findings: Findings,
     /// Travel, where the run is a check.
     pub travel: Option<Travel>,
+    /// Rapids into the work, where the run is a check.
+    pub plunges: Plunges,
     /// What the program says, where the run is a check.
     pub said: Vec<Said>,
+    /// The contour that is being read.
+    pub contour: Option<Contour>,
     /// Blocks executed.
     pub blocks: u64,
     /// What is wrong with the line at hand.
@@ -36,6 +45,8 @@ pub(super) struct Engine<'a> {
     computed: Option<Box<Block>>,
     left_out: Vec<u16>,
     to_set: Vec<(Target, f64)>,
+    /// Whether #3006 has asked for a stop.
+    stops: bool,
 }
 
 impl<'a> Engine<'a> {
@@ -45,12 +56,15 @@ impl<'a> Engine<'a> {
             parameters: Parameters::new(options.dialect),
             findings: Findings::new(max),
             travel: None,
+            plunges: Plunges::default(),
             said: Vec::new(),
+            contour: None,
             blocks: 0,
             faults: Vec::new(),
             computed: None,
             left_out: Vec::new(),
             to_set: Vec::new(),
+            stops: false,
         }
     }
 
@@ -58,11 +72,15 @@ impl<'a> Engine<'a> {
     #[inline]
     pub fn execute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         self.blocks += 1;
+        self.executor.line = place.line;
+        if self.contour.is_some() {
+            return self.record(block, place);
+        }
         if !block.is_plain() || is_macro_call(block) {
             return self.compute(block, place, motions);
         }
         let first = motions.len();
-        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        let mut out = output(place, motions, &mut self.faults);
         let flow = self.executor.run(block, &mut out);
         self.judge(&motions[first..], block, place);
         flow
@@ -73,6 +91,7 @@ impl<'a> Engine<'a> {
         computed.copy_words(block);
         self.give_values(block, &mut computed);
         let alarm = self.set(block, place);
+        self.stop(motions);
         for message in block.messages() {
             self.say(*message, place);
         }
@@ -83,7 +102,7 @@ impl<'a> Engine<'a> {
             macro_call(&computed, &mut self.faults)
         } else if !computed.words().is_empty() || computed.call.is_some() || !self.faults.is_empty()
         {
-            let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+            let mut out = output(place, motions, &mut self.faults);
             self.executor.run(&computed, &mut out)
         } else {
             Flow::Next
@@ -93,10 +112,78 @@ impl<'a> Engine<'a> {
         flow
     }
 
+    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on.
+    pub fn restore_after_call(&mut self, calls: &[u32], motions: &mut Vec<Motion>) {
+        if self.executor.to_restore.is_none() {
+            return;
+        }
+        let (line, first) = (self.executor.line, motions.len());
+        let place = Place { line, text: b"", calls, file: None };
+        let mut out = output(place, motions, &mut self.faults);
+        self.executor.restore_after_call(&mut out);
+        self.judge(&motions[first..], &Block::default(), place);
+        self.report(place, true);
+    }
+
+    /// Takes a block for a piece of the contour that is being read.
+    fn record(&mut self, block: &Block, place: Place<'_>) -> Flow {
+        let mut words = Block::default();
+        words.copy_words(block);
+        self.give_values(block, &mut words);
+        let alarm = self.set(block, place);
+        for message in block.messages() {
+            self.say(*message, place);
+        }
+        if alarm {
+            return Flow::Alarm;
+        }
+        if words.words().iter().any(|word| word.letter == b'M' && word.value == 99.0) {
+            return Flow::Return(None);
+        }
+        if let Some(contour) = &mut self.contour {
+            contour.add(&words, &mut self.faults);
+            contour.is_faulty |= self.faults.iter().any(is_error);
+            self.executor.follow_contour(contour.at());
+        }
+        Flow::Next
+    }
+
+    /// Runs a lathe cycle along a contour.
+    pub fn turn(
+        &mut self,
+        turn: Turn,
+        block: &Block,
+        contour: &Contour,
+        place: Place<'_>,
+        motions: &mut Vec<Motion>,
+    ) {
+        let first = motions.len();
+        self.executor.motion_first = first;
+        let mut out = output(place, motions, &mut self.faults);
+        self.executor.turn(turn, block, contour, &mut out);
+        self.executor.compensate(block, &mut out);
+        self.judge(&motions[first..], block, place);
+    }
+
+    /// Runs a cycle of a FANUC-style lathe along a contour.
+    pub fn cut_stock(
+        &mut self,
+        stock: Stock,
+        block: &Block,
+        contour: &Contour,
+        place: Place<'_>,
+        motions: &mut Vec<Motion>,
+    ) {
+        let first = motions.len();
+        let mut out = output(place, motions, &mut self.faults);
+        self.executor.cut_stock(stock, block, contour, &mut out);
+        self.judge(&motions[first..], block, place);
+    }
+
     /// Gives out what the executor holds until it knows what follows.
     pub fn finish(&mut self, place: Place<'_>, motions: &mut Vec<Motion>) {
         let (block, first) = (Block::default(), motions.len());
-        let mut out = Output { line: place.line, motions, faults: &mut self.faults };
+        let mut out = output(place, motions, &mut self.faults);
         self.executor.finish(&block, &mut out);
         self.judge(&motions[first..], &block, place);
     }
@@ -122,6 +209,8 @@ impl<'a> Engine<'a> {
                 Err(error) => {
                     self.faults.push(fault(error, word.start, word.end));
                     self.left_out.push(*place);
+                    // That a feed is missing then need not be said.
+                    self.executor.feed_missed |= word.letter == b'F';
                 }
             }
         }
@@ -149,21 +238,52 @@ impl<'a> Engine<'a> {
             }
         }
         let mut alarm = false;
-        for (at, (target, value)) in self.to_set.iter().enumerate() {
+        let to_set = std::mem::take(&mut self.to_set);
+        for (at, (target, value)) in to_set.iter().enumerate() {
             let assignment = block.assignments().get(at);
             let (start, end) = assignment.map_or((0, 1), |set| (set.start, set.end));
-            match self.parameters.set(target, *value) {
+            match self.set_one(target, *value) {
                 Ok(Set::Done) => {}
+                Ok(Set::Stop) => {
+                    self.stops = true;
+                    self.tell(MessageKind::Message, comment(place.text), place);
+                }
                 Ok(Set::Alarm(number)) => {
                     alarm = true;
                     let text = comment(place.text);
-                    let message = format!("the program raises alarm {}{text}", plain(number));
+                    let colon = if text.is_empty() { "" } else { ": " };
+                    let message =
+                        format!("the program raises alarm {}{colon}{text}", plain(number));
                     self.faults.push(Fault::new(&rules::ALARM, start, end, message));
                 }
                 Err(error) => self.faults.push(fault(error, start, end)),
             }
         }
+        self.to_set = to_set;
         alarm
+    }
+
+    /// Stops until the operator goes on, where #3006 has asked for it.
+    pub fn stop(&mut self, motions: &mut Vec<Motion>) {
+        if std::mem::take(&mut self.stops) {
+            let kind = EventKind::M { code: 0, spindle_rpm: None, tool: None };
+            motions.push(Motion::Event(Event { line: self.executor.line, kind }));
+        }
+    }
+
+    /// Sets a parameter of the control or of the program.
+    fn set_one(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
+        let own = match target {
+            Target::Number(number) => self.executor.set_parameter(*number, plain(value)),
+            Target::Name(name) => self.parameters.is_own(name, &self.executor).then(|| {
+                let message = format!("#<{name}> is the control's own: it can only be read");
+                read_only(message, "give yours another name")
+            }),
+        };
+        match own {
+            Some(result) => result.map(|()| Set::Done),
+            None => self.parameters.set(target, value),
+        }
     }
 
     /// The value of an expression of a statement, or what is wrong with it.
@@ -178,6 +298,12 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// The number of a subprogram that a value stands for, or what is wrong with it.
+    pub fn label_number(&mut self, value: f64, block: &Block) -> Option<u32> {
+        let (start, end) = block.extent();
+        whole(&Word { letter: b'O', value, start, end }, 999_999_999, &mut self.faults)
+    }
+
     /// The values of arguments.
     pub fn arguments(&mut self, block: &Block, formulas: &[Formula]) -> Vec<(u32, f64)> {
         let mut arguments = Vec::with_capacity(formulas.len());
@@ -189,7 +315,8 @@ impl<'a> Engine<'a> {
 
     /// Says what a comment says to the operator.
     pub fn say(&mut self, message: Message, place: Place<'_>) {
-        if self.travel.is_none() {
+        let is_shown = message.kind != MessageKind::Debug || self.parameters.shows_debug();
+        if self.travel.is_none() || !is_shown {
             return;
         }
         let bytes = place.text.get(message.start as usize..message.end as usize);
@@ -200,10 +327,17 @@ impl<'a> Engine<'a> {
                 self.parameters.filled_in(text.trim(), &self.executor)
             }
         };
+        self.tell(message.kind, text, place);
+    }
+
+    fn tell(&mut self, kind: MessageKind, text: String, place: Place<'_>) {
+        if self.travel.is_none() {
+            return;
+        }
         self.findings.messages += 1;
         if self.said.len() < self.findings.max() {
             let file = place.file.map(str::to_owned);
-            self.said.push(Said { line: place.line, file, kind: message.kind, text });
+            self.said.push(Said { line: place.line, file, kind, text });
         }
     }
 
@@ -211,9 +345,24 @@ impl<'a> Engine<'a> {
     /// program is checked.
     fn judge(&mut self, motions: &[Motion], block: &Block, place: Place<'_>) {
         let Some(travel) = &mut self.travel else { return };
-        let open = self.executor.open_axes();
+        if motions.is_empty() {
+            return;
+        }
+        let executor = &self.executor;
+        let open = executor.open_axes();
+        let is_machine = executor.names_machine_positions();
+        self.plunges.spindle(executor.turning != Turning::Stopped);
+        let judges_rapids = executor.motion == MotionMode::Rapid && !is_machine && open.is_empty();
         for motion in motions {
             if let Motion::Move(step) = motion {
+                if is_cut(step) {
+                    self.plunges.cut(step);
+                } else if judges_rapids && step.to[Axis::Z] != step.from[Axis::Z] {
+                    let ends_mm =
+                        [&step.from, &step.to].map(|point| executor.frames.program(point));
+                    self.plunges.rapid(step, ends_mm, block, place);
+                }
+                travel.named_in(step, is_machine, executor.absolute);
                 travel.add(step, block, place, open);
                 if open.is_empty() {
                     self.faults.extend(too_slow(step, block));
@@ -233,6 +382,14 @@ impl<'a> Engine<'a> {
             self.findings.take(&mut self.faults, place);
         }
     }
+}
+
+fn output<'o>(
+    place: Place<'o>,
+    motions: &'o mut Vec<Motion>,
+    faults: &'o mut Vec<Fault>,
+) -> Output<'o> {
+    Output { line: place.line, text: place.text, motions, faults }
 }
 
 /// What a block with G65 asks for.
@@ -262,9 +419,9 @@ fn fault(error: NoValue, start: u32, end: u32) -> Fault {
     }
 }
 
-/// The comment on a line, as an alarm shows it.
+/// The comment on a line.
 fn comment(line: &[u8]) -> String {
     let text = String::from_utf8_lossy(line);
     let inside = text.split_once('(').and_then(|(_, rest)| rest.split_once(')'));
-    inside.map_or(String::new(), |(comment, _)| format!(": {}", comment.trim()))
+    inside.map_or(String::new(), |(comment, _)| comment.trim().to_owned())
 }

@@ -5,20 +5,27 @@
 //! fault, so that one fault does not make others; positions that a fault leaves open are known to
 //! be open.
 
-use crate::base::{AxisSet, Event, EventKind, Machine, Plane, Point};
-use crate::gcode::codes::{Code, Cycle, Group, Op};
+use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
+use crate::gcode::codes::{
+    AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
+};
 use crate::gcode::{Block, Fault, rules};
 
-use super::Options;
 use super::compensation::Compensation;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
 use super::flow::Flow;
 use super::frames::Frames;
+use super::modes::{Coolant, LengthMode, Modes, Overrides, Saved};
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
+use super::polar::PolarStep;
+use super::probe::Signals;
+use super::spline::SplineState;
 use super::tools::Tools;
+use super::turning::Lathe;
 use super::words::{call_flow, leads_to};
+use super::{Dialect, Options};
 
 /// The motion code in force.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -31,6 +38,13 @@ pub(super) enum MotionMode {
         ccw: bool,
     },
     Cycle(Cycle),
+    /// Moves that follow the spindle or an input.
+    Follow(Follow),
+    /// Cycles along a contour.
+    Turn(Turn),
+    /// Cycles of lathes that cut once.
+    Single(Single),
+    Spline(SplineCode),
     /// A code that is not supported: its axis words are its own.
     Foreign,
 }
@@ -39,6 +53,7 @@ pub(super) enum MotionMode {
 #[derive(Debug)]
 pub(super) struct Executor<'a> {
     pub(super) machine: &'a Machine,
+    pub(super) dialect: Dialect,
     pub(super) axes: AxisSet,
     pub(super) motion: MotionMode,
     pub(super) plane: Plane,
@@ -58,17 +73,31 @@ pub(super) struct Executor<'a> {
     pub(super) spindle_rpm: Option<f64>,
     /// G96
     pub(super) by_surface: bool,
+    /// S and D of G96.
+    pub(super) surface: Option<(f64, Option<f64>)>,
     pub(super) turning: Turning,
+    pub(super) coolant: Coolant,
+    pub(super) overrides: Overrides,
     /// The tool that T has named, and the one that M6 has put into the spindle.
     pub(super) tool: Option<u32>,
     pub(super) loaded: Option<u32>,
     pub(super) tools: Tools,
+    pub(super) length_mode: LengthMode,
     pub(super) frames: Frames,
     /// Machine positions of G28 and G30, where the program has stored them.
-    pub(super) references: [Option<Point>; 2],
+    pub(super) references: [AxisMap<Option<f64>>; 2],
+    /// What M70 and M73 have saved, for the main program and each call in it.
+    pub(super) saved: Vec<Saved>,
+    /// What the end of a call has left to be restored.
+    pub(super) to_restore: Option<Box<Modes>>,
+    /// The line at hand.
+    pub(super) line: u32,
     /// A bit for each work coordinate system whose lack of a place has been said.
     pub(super) systems_missed: u16,
     pub(super) cycle: Held,
+    pub(super) signals: Signals,
+    pub(super) lathe: Lathe,
+    pub(super) spline: SplineState,
     pub(super) compensation: Option<Compensation>,
     /// How much motion there was before the block, or before its G40.
     pub(super) motion_first: usize,
@@ -99,15 +128,33 @@ pub(super) struct Asked {
     pub axes_claimed: bool,
     /// A motion code stands in the block.
     pub is_motion_named: bool,
+    /// A cycle of a lathe whose contour stands elsewhere in the program.
+    pub stock: Option<Stock>,
     /// The motion code in force before the block.
     pub motion_before: MotionMode,
+    /// By how much polar coordinates go on from one hole of a cycle to the next.
+    pub polar_step: Option<PolarStep>,
+    /// Millimetres a unit before the block.
+    pub mm_per_unit_before: f64,
     /// What becomes of the corner at this block's end, if not what the mode says.
     pub corner: Option<Corner>,
+}
+
+impl Asked {
+    /// Takes what is not modal and has to wait for the block's motion.
+    fn note(&mut self, op: Op) {
+        match op {
+            Op::MachineCoordinates => self.machine_coordinates = true,
+            Op::Stock(stock) => self.stock = Some(stock),
+            _ => self.corner = Some(Corner::Stop),
+        }
+    }
 }
 
 /// Where a block stands, and where what it makes goes.
 pub(super) struct Output<'o> {
     pub line: u32,
+    pub text: &'o [u8],
     pub motions: &'o mut Vec<Motion>,
     pub faults: &'o mut Vec<Fault>,
 }
@@ -123,35 +170,48 @@ impl Output<'_> {
 }
 
 impl<'a> Executor<'a> {
-    /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97, no feed, no speed, no tool.
+    /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97 G98 (in the dialect `linuxcnc` G99),
+    /// no feed, no speed, no tool. On a lathe G18 and G99, and X words are diameters.
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
+        let is_lathe = options.dialect == Dialect::FanucLathe;
         Executor {
             machine,
+            dialect: options.dialect,
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
             motion: MotionMode::None,
-            plane: Plane::Xy,
+            plane: if is_lathe { Plane::Zx } else { Plane::Xy },
             mm_per_unit: 1.0,
             absolute: true,
             centers_absolute: false,
             polar: false,
-            diameters: false,
+            diameters: is_lathe,
             corner: Corner::Exact,
-            feed_mode: FeedMode::PerMinute,
+            feed_mode: if is_lathe { FeedMode::PerTurn } else { FeedMode::PerMinute },
             feed: None,
             feed_missed: false,
             spindle_rpm: None,
             by_surface: false,
+            surface: None,
             turning: Turning::Stopped,
+            coolant: Coolant::default(),
+            overrides: Overrides::default(),
             tool: None,
             loaded: None,
             tools: options.tools.clone(),
+            length_mode: LengthMode::Off,
             frames: Frames::new(machine),
-            references: [None; 2],
+            references: [AxisMap::default(); 2],
+            saved: vec![Saved::default()],
+            to_restore: None,
+            line: 0,
             systems_missed: 0,
             cycle: Held::default(),
+            signals: Signals::default(),
+            lathe: Lathe::default(),
+            spline: SplineState::default(),
             compensation: None,
             motion_first: 0,
-            returns_to_r: false,
+            returns_to_r: options.dialect == Dialect::LinuxCnc,
             position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
             open: AxisSet::EMPTY,
             is_shifted: false,
@@ -191,10 +251,15 @@ impl<'a> Executor<'a> {
         if let Some(call) = &block.call {
             return call_flow(block, call, out.faults);
         }
+        if self.run_plain_move(block, out) {
+            return Flow::Next;
+        }
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
+        asked.mm_per_unit_before = self.mm_per_unit;
         asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
+        asked.is_faulty |= self.breaks_nurbs(block, asked, out.faults);
         self.motion_first = out.motions.len();
         if !asked.is_faulty {
             asked.is_faulty = self.has_unused_words(block, asked, out.faults);
@@ -209,9 +274,10 @@ impl<'a> Executor<'a> {
             self.execute(*op, block, &mut asked, out);
         }
         self.run_motion(block, asked, out);
-        let mut flow = Flow::Next;
+        let mut flow = self.turn_flow(block, asked, out);
         for (_, op) in stops {
-            flow = self.execute(*op, block, &mut asked, out);
+            let after = self.execute(*op, block, &mut asked, out);
+            flow = if flow == Flow::Next { after } else { flow };
         }
         self.codes = codes;
         if self.compensation.is_some() {
@@ -228,7 +294,7 @@ impl<'a> Executor<'a> {
         asked.axes_claimed |= claims_axes(op);
         match op {
             // Done with F; or nothing that this machine could be told.
-            Op::Inches | Op::Millimetres | Op::Override(_) => {}
+            Op::Inches | Op::Millimetres | Op::LookAhead => {}
             Op::InverseTimeFeed | Op::FeedPerMinute | Op::FeedPerTurn => {}
             Op::ToolChange
             | Op::SurfaceSpeed
@@ -238,14 +304,12 @@ impl<'a> Executor<'a> {
             | Op::SpindleStop
             | Op::MistOn
             | Op::FloodOn
-            | Op::CoolantOff => self.switch(op, block, out),
-            Op::CompensationOff => self.compensation_off(block, out),
-            Op::Compensate { left, by_diameter } => {
-                self.compensation_on((left, by_diameter), block, out)
-            }
+            | Op::CoolantOff
+            | Op::Override(_) => self.switch(op, block, out),
+            Op::Function(_) | Op::Modes(_) | Op::WaitInput => self.tell(op, block, *asked, out),
+            Op::CompensationOff | Op::Compensate { .. } => self.set_compensation(op, block, out),
             Op::Dwell => self.dwell(block, asked, out),
-            Op::MachineCoordinates => asked.machine_coordinates = true,
-            Op::ExactStopOnce => asked.corner = Some(Corner::Stop),
+            Op::MachineCoordinates | Op::ExactStopOnce | Op::Stock(_) => asked.note(op),
             Op::PlaneXy
             | Op::PlaneZx
             | Op::PlaneYz
@@ -277,25 +341,38 @@ impl<'a> Executor<'a> {
             | Op::Scaling
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
-            Op::GoToReference(index) => self.go_to_reference(index, block, *asked, out),
-            Op::StoreReference(index) => self.store_reference(index),
+            Op::GoToReference(_) | Op::StoreReference(_) => self.reference(op, block, *asked, out),
+            Op::LatheSetting | Op::ThreadCycle => self.run_lathe(op, block, asked, out),
             Op::Rapid
             | Op::Line
             | Op::ArcClockwise
             | Op::ArcCounterClockwise
+            | Op::Spline(_)
             | Op::Cycle(_)
+            | Op::Follow(_)
+            | Op::Turn(_)
+            | Op::Single(_)
             | Op::MotionOff => self.set_motion(op, asked),
-            Op::Stop | Op::OptionalStop | Op::PalletStop => out.function(stop_number(op)),
-            Op::End | Op::EndAndRewind => {
-                out.function(if op == Op::End { 2 } else { 30 });
-                return Flow::End;
-            }
+            Op::NurbsEnd => self.end_nurbs(block, asked, out),
+            Op::Stop | Op::OptionalStop | Op::PalletStop => return stop(op, out),
+            Op::End | Op::EndAndRewind => return stop(op, out),
             Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
         }
         Flow::Next
     }
 
-    fn set_motion(&mut self, op: Op, asked: &mut Asked) {
+    /// Whether the block asks for a lathe cycle, which needs a contour from elsewhere.
+    fn turn_flow(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) -> Flow {
+        if let Some(stock) = asked.stock.filter(|_| !asked.is_faulty) {
+            return self.stock_flow(stock, block, out.faults);
+        }
+        let MotionMode::Turn(turn) = self.motion else { return Flow::Next };
+        let asks = asked.is_motion_named || block.letters() & AXIS_LETTERS != 0;
+        let asks = asks && !asked.axes_claimed && !asked.is_faulty;
+        if asks && self.judge_turn(turn, block, out.faults) { Flow::Turn(turn) } else { Flow::Next }
+    }
+
+    pub(super) fn set_motion(&mut self, op: Op, asked: &mut Asked) {
         asked.is_motion_named = true;
         self.motion = motion_of(op).unwrap_or(self.motion);
         if !matches!(op, Op::Cycle(_)) {
@@ -330,6 +407,7 @@ impl<'a> Executor<'a> {
         match op {
             Op::ToolChange => {
                 self.loaded = self.tool;
+                self.turning = Turning::Stopped;
                 out.event(EventKind::M { code: 6, spindle_rpm: None, tool: self.tool });
             }
             Op::SurfaceSpeed => self.set_spindle_mode(true, block, out.faults),
@@ -346,9 +424,19 @@ impl<'a> Executor<'a> {
                 self.turning = Turning::Stopped;
                 out.function(5);
             }
-            Op::MistOn => out.function(7),
-            Op::FloodOn => out.function(8),
-            _ => out.function(9),
+            Op::MistOn => {
+                self.coolant.mist = true;
+                out.function(7);
+            }
+            Op::FloodOn => {
+                self.coolant.flood = true;
+                out.function(8);
+            }
+            Op::Override(code) => self.set_override(code, block),
+            _ => {
+                self.coolant = Coolant::default();
+                out.function(9);
+            }
         }
     }
 
@@ -364,7 +452,10 @@ impl<'a> Executor<'a> {
             Op::LengthOffset => self.set_length(false, block, faults),
             Op::LengthOffsetMore => self.set_length(true, block, faults),
             Op::LengthOffsetByWords => self.set_length_by_words(block, faults),
-            Op::LengthOffsetOff => self.frames.set_tool(Point::ZERO),
+            Op::LengthOffsetOff => {
+                self.length_mode = LengthMode::Off;
+                self.frames.set_tool(Point::ZERO);
+            }
             Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
             Op::Scaling => self.set_scaling(block, faults),
             Op::ScalingOff => self.end_scaling(block, faults),
@@ -396,7 +487,13 @@ impl<'a> Executor<'a> {
             Some(word) if word.value < 0.0 => {
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, "a dwell cannot be negative"));
             }
-            Some(word) => out.event(EventKind::Dwell(word.value)),
+            Some(word) => {
+                // FANUC counts milliseconds in P, unless it has a point.
+                let span = out.text.get(word.start as usize..word.end as usize);
+                let has_point = span.is_some_and(|text| text.contains(&b'.'));
+                let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
+                out.event(EventKind::Dwell(word.value / if is_ms { 1000.0 } else { 1.0 }));
+            }
             None if asked.is_faulty => {}
             None => {
                 let message = "G4 has no P, the time to wait";
@@ -411,13 +508,17 @@ pub(super) fn is_error(fault: &Fault) -> bool {
     fault.rule.severity == crate::base::Severity::Error
 }
 
-/// The number of the M function of a stop.
-fn stop_number(op: Op) -> u16 {
-    match op {
-        Op::Stop => 0,
-        Op::OptionalStop => 1,
-        _ => 60,
-    }
+/// Stops, the last of them for good.
+fn stop(op: Op, out: &mut Output<'_>) -> Flow {
+    let (code, flow) = match op {
+        Op::Stop => (0, Flow::Next),
+        Op::OptionalStop => (1, Flow::Next),
+        Op::PalletStop => (60, Flow::Next),
+        Op::End => (2, Flow::End),
+        _ => (30, Flow::End),
+    };
+    out.function(code);
+    flow
 }
 
 /// The motion mode that a code sets.
@@ -428,7 +529,11 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::ArcClockwise => Some(MotionMode::Arc { ccw: false }),
         Op::ArcCounterClockwise => Some(MotionMode::Arc { ccw: true }),
         Op::Cycle(cycle) => Some(MotionMode::Cycle(cycle)),
-        Op::MotionOff => Some(MotionMode::None),
+        Op::Follow(follow) => Some(MotionMode::Follow(follow)),
+        Op::Turn(turn) => Some(MotionMode::Turn(turn)),
+        Op::Single(single) => Some(MotionMode::Single(single)),
+        Op::Spline(code) => Some(MotionMode::Spline(code)),
+        Op::MotionOff | Op::NurbsEnd => Some(MotionMode::None),
         _ => None,
     }
 }

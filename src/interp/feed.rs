@@ -1,9 +1,9 @@
 //! F, S and T: the feed, the spindle and the tool that blocks name, and the speed of a move.
 //!
 //! A move always carries mm (of rotary axes alone: degrees) a minute. G95 takes the spindle's speed
-//! as it was commanded; G93 divides the length of the move by its time.
+//! as it was commanded, of G96 that at the greater diameter of the move; G93 divides the length of the move by its time.
 
-use crate::base::EventKind;
+use crate::base::{Axis, EventKind, Point};
 use crate::gcode::codes::{FREE_LETTERS, Op};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
@@ -14,6 +14,9 @@ use super::words::whole;
 
 /// Millimetres an inch.
 const MM_PER_INCH: f64 = 25.4;
+
+/// Turns a minute that no spindle exceeds, where nothing else bounds them: at the centre.
+const TURNS_MOST: f64 = 1e6;
 
 /// What F means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,18 +74,25 @@ impl Executor<'_> {
         }
     }
 
-    fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+    pub(super) fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if let Some(word) = block.word(b'F') {
             self.set_feed(word, out.faults);
         }
-        if let Some(word) = block.word(b'S') {
+        // S beside G50 of a lathe is a bound.
+        if let Some(word) = block.word(b'S').filter(|_| !self.asks(Op::LatheSetting)) {
             self.set_speed(block, word, out);
         }
-        if let Some(word) = block.word(b'T') {
+        if let Some(word) = block.word(b'T').filter(|_| self.is_lathe()) {
+            self.index_turret(word, out);
+        } else if let Some(word) = block.word(b'T') {
             self.tool = whole(word, 99_999, out.faults).or(self.tool);
             if let Some(tool) = self.tool.filter(|_| !self.asks(Op::ToolChange)) {
                 out.event(EventKind::T(tool));
             }
+        }
+        if let Some(word) = block.word(b'$').filter(|word| ![0.0, -1.0].contains(&word.value)) {
+            let message = format!("{word}: the machine has one spindle, $0");
+            out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
         }
         for letter in [b'N', b'O'] {
             if let Some(word) = block.word(letter).filter(|_| !asked.is_faulty) {
@@ -151,7 +161,9 @@ impl Executor<'_> {
             self.judge_speed(word, out.faults);
         }
         self.spindle_rpm = None;
+        let rpm_max = rpm_max.or(self.lathe.rpm_max);
         let m_min = if is_metric { word.value } else { word.value * METRES_PER_FOOT };
+        self.surface = Some((m_min, rpm_max));
         out.event(EventKind::SurfaceSpeed { m_min, rpm_max });
     }
 
@@ -187,7 +199,7 @@ impl Executor<'_> {
     pub(super) fn has_feed(&mut self, block: &Block, faults: &mut Vec<Fault>) -> bool {
         let of_block = self.feed_mode != FeedMode::InverseTime || block.has(b'F');
         if self.feed.is_some() && of_block {
-            if self.feed_mode == FeedMode::PerTurn && self.turns_min().is_none() {
+            if self.feed_mode == FeedMode::PerTurn && !self.knows_turns() {
                 self.miss_speed(block, faults);
                 return false;
             }
@@ -210,8 +222,27 @@ impl Executor<'_> {
     }
 
     /// Turns of the spindle a minute, where they are known.
-    fn turns_min(&self) -> Option<f64> {
+    pub(super) fn turns_min(&self) -> Option<f64> {
         self.spindle_rpm.filter(|rpm| *rpm > 0.0 && !self.by_surface)
+    }
+
+    /// Whether the spindle's speed is known, or follows from the diameter.
+    fn knows_turns(&self) -> bool {
+        self.turns_min().is_some() || (self.by_surface && self.surface.is_some())
+    }
+
+    /// Turns of the spindle a minute during a move. Under G96 those at the greater of the diameters
+    /// at its ends, the slower ones: a feed a turn is then nowhere exceeded.
+    fn turns_of(&self, from: &Point, to: &Point) -> f64 {
+        let Some((m_min, rpm_max)) = self.surface.filter(|_| self.by_surface) else {
+            return self.turns_min().unwrap_or_default();
+        };
+        let radii = [from, to].map(|point| self.frames.program(point)[Axis::X].abs());
+        let around_mm = std::f64::consts::TAU * radii[0].max(radii[1]);
+        let greatest = self.machine.spindle.map(|spindle| f64::from(spindle.speed_max_rpm));
+        let bounds = [rpm_max, greatest, Some(TURNS_MOST)];
+        let most = bounds.into_iter().flatten().fold(f64::INFINITY, f64::min);
+        (m_min * 1000.0 / around_mm).min(most)
     }
 
     fn miss_speed(&mut self, block: &Block, faults: &mut Vec<Fault>) {
@@ -219,13 +250,9 @@ impl Executor<'_> {
             return;
         }
         self.feed_missed = true;
-        let message = if self.by_surface {
-            "a feed a turn (G95) has no speed in mm a minute while the spindle's changes (G96)"
-        } else {
-            "a feed a turn (G95) needs the spindle's speed, and none has been given"
-        };
+        let message = "a feed a turn needs the spindle's speed, and none has been given";
         let fault = Fault::block(&rules::NO_SPINDLE_SPEED, block, message);
-        faults.push(fault.help("write G97 and S in turns a minute, or G94 and a feed a minute"));
+        faults.push(fault.help("write G97 and S in turns a minute, or a feed a minute"));
     }
 
     /// Gives a move its speed; the feed is known.
@@ -233,11 +260,14 @@ impl Executor<'_> {
         let Some(feed) = self.feed else { return };
         // Measured only where it is asked for: this runs for every move.
         let way = if self.feed_mode == FeedMode::InverseTime { length(step) } else { 0.0 };
-        if let MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } = &mut step.kind {
+        if let MoveKind::Line { feed_mm_min }
+        | MoveKind::Arc { feed_mm_min, .. }
+        | MoveKind::Spline { feed_mm_min, .. } = &mut step.kind
+        {
             let value = if turns_only { feed.deg } else { feed.mm };
             *feed_mm_min = match self.feed_mode {
                 FeedMode::PerMinute => value,
-                FeedMode::PerTurn => value * self.turns_min().unwrap_or_default(),
+                FeedMode::PerTurn => value * self.turns_of(&step.from, &step.to),
                 FeedMode::InverseTime => value * way,
             };
         }

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use crate::base::{Diagnostic, Severity, Span};
-use crate::gcode::Fault;
+use crate::base::{Axis, Diagnostic, Severity, Span};
+use crate::gcode::{Block, Fault, rules};
 
 /// Longest text that goes with a diagnostic; of longer lines the surroundings of the fault.
 const TEXT_BYTES_MAX: usize = 240;
@@ -22,6 +22,45 @@ pub(super) struct Place<'a> {
     pub file: Option<&'a str>,
 }
 
+/// A place that is kept until the program has been run whole, and the words to mark there.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    line: u32,
+    text: Vec<u8>,
+    calls: Vec<u32>,
+    file: Option<String>,
+    pub span: (u32, u32),
+}
+
+impl Kept {
+    /// The word of an axis in a block, or all of the block.
+    pub fn at_axis(axis: Axis, block: &Block, place: Place<'_>) -> Kept {
+        let mut kept = Kept::default();
+        kept.keep(axis, block, place);
+        kept
+    }
+
+    /// Takes another place instead.
+    pub fn keep(&mut self, axis: Axis, block: &Block, place: Place<'_>) {
+        self.line = place.line;
+        self.text.clear();
+        self.text.extend_from_slice(place.text);
+        self.calls.clear();
+        self.calls.extend_from_slice(place.calls);
+        self.file = place.file.map(str::to_owned);
+        self.span = match block.word(axis.letter() as u8) {
+            Some(word) => (word.start, word.end),
+            None => block.extent(),
+        };
+    }
+
+    /// As a fault is reported at.
+    pub fn place(&self) -> Place<'_> {
+        let Kept { line, text, calls, file, .. } = self;
+        Place { line: *line, text, calls, file: file.as_deref() }
+    }
+}
+
 /// Diagnostics of a run.
 #[derive(Debug)]
 pub(super) struct Findings {
@@ -35,6 +74,8 @@ pub(super) struct Findings {
     max: usize,
     /// Faults of subprograms and loops that have been said: they would come again with every run.
     said: HashSet<(Option<String>, u32, &'static str, u32)>,
+    /// Words of other controls that have been said.
+    kinds_said: HashSet<String>,
 }
 
 impl Findings {
@@ -49,6 +90,7 @@ impl Findings {
             warnings_kept: 0,
             max,
             said: HashSet::new(),
+            kinds_said: HashSet::new(),
         }
     }
 
@@ -76,6 +118,10 @@ impl Findings {
 
     /// Adds one fault.
     pub fn add(&mut self, fault: Fault, place: Place<'_>) {
+        // One of a kind is enough: a printer's program has them on every line.
+        if fault.rule == &rules::FOREIGN_WORD && !self.kinds_said.insert(fault.message.clone()) {
+            return;
+        }
         let (count, kept) = match fault.rule.severity {
             Severity::Error => (&mut self.errors, &mut self.errors_kept),
             Severity::Warning => (&mut self.warnings, &mut self.warnings_kept),

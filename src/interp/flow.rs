@@ -6,6 +6,7 @@
 use std::io;
 use std::rc::Rc;
 
+use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules};
 
 use super::Options;
@@ -13,13 +14,17 @@ use super::body::{Body, Links, unmatched};
 use super::execute::Executor;
 use super::findings::Place;
 use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
-use super::run::{End, Frame, FrameKind, Run};
+use super::run::{End, Frame, FrameKind, PassedOver, Run};
 
 /// Calls within calls, at most: as LinuxCNC.
 const CALL_DEPTH_MAX: usize = 10;
 
 /// Calls of one run, at most.
 const CALLS_MAX: u64 = 1_000_000;
+
+/// Passes of loops after which a run with errors is given up: what the loop waits for may be what
+/// the error has kept from happening.
+const PASSES_AFTER_ERROR: u64 = 1_000_000;
 
 /// Arguments of a call, and whether it is one by G65.
 pub(super) type Arguments<'a> = (&'a [(u32, f64)], bool);
@@ -39,6 +44,14 @@ pub(super) enum Flow {
     MacroCall {
         number: u32,
         repeats: u32,
+    },
+    /// A lathe cycle along a contour that stands elsewhere.
+    Turn(Turn),
+    /// One whose contour are the blocks from one N word to another.
+    Stock {
+        stock: Stock,
+        first: u32,
+        last: u32,
     },
     /// M2, M30
     End,
@@ -60,6 +73,7 @@ impl Run<'_> {
     pub(super) fn statement_of_main(&mut self, block: &Block, place: Place<'_>) -> io::Result<()> {
         let Some(statement) = block.statement() else { return Ok(()) };
         self.engine.blocks += 1;
+        self.engine.executor.line = place.line;
         let result = match &statement.control {
             Control::Sub => self.skip_sub(statement, place),
             Control::If(_)
@@ -67,9 +81,10 @@ impl Run<'_> {
             | Control::Do
             | Control::Repeat(_)
             | Control::WhileDo(_) => self.section(block, place),
-            Control::Call(_) | Control::Goto { .. } | Control::Then(_) => {
-                self.jump(statement, block, place)
-            }
+            Control::Call(_)
+            | Control::CallNumber(..)
+            | Control::Goto { .. }
+            | Control::Then(_) => self.jump(statement, block, place),
             _ => {
                 let fault =
                     unmatched(statement, "nothing before this has begun what it belongs to");
@@ -121,7 +136,10 @@ impl Run<'_> {
                 let value = value.and_then(|value| self.engine.number(block, value));
                 self.give_back(statement, value);
             }
-            Control::Call(_) | Control::Goto { .. } | Control::Then(_) => {
+            Control::Call(_)
+            | Control::CallNumber(..)
+            | Control::Goto { .. }
+            | Control::Then(_) => {
                 self.jump(statement, block, place)?;
             }
         }
@@ -135,6 +153,14 @@ impl Run<'_> {
                 let arguments = self.engine.arguments(block, formulas);
                 self.engine.report(place, true);
                 self.call(&statement.label, 1, Some((&arguments, false)), block, place)
+            }
+            Control::CallNumber(number, formulas) => {
+                let Some(number) = self.engine.number(block, *number) else { return Ok(()) };
+                let arguments = self.engine.arguments(block, formulas);
+                let Some(number) = self.engine.label_number(number, block) else { return Ok(()) };
+                self.engine.report(place, true);
+                let label = Label::Number(number);
+                self.call(&label, 1, Some((&arguments, false)), block, place)
             }
             Control::Goto { condition, target } => {
                 if condition.is_some_and(|condition| !self.holds(block, condition)) {
@@ -160,7 +186,7 @@ impl Run<'_> {
         self.engine.number(block, condition).is_some_and(|value| value != 0.0)
     }
 
-    fn go_to(&mut self, place: usize) {
+    pub(super) fn go_to(&mut self, place: usize) {
         if let Some(frame) = self.frames.last_mut() {
             frame.next = place;
         }
@@ -205,6 +231,10 @@ impl Run<'_> {
     /// Counts a pass; false, and reported, if it is one too many.
     fn counts(&mut self, name: impl FnOnce() -> String, place: Place<'_>) -> bool {
         self.passes += 1;
+        if self.engine.findings.errors > 0 && self.passes > PASSES_AFTER_ERROR {
+            self.end = End::GivenUp;
+            return false;
+        }
         if self.passes <= self.max_passes {
             return true;
         }
@@ -260,7 +290,7 @@ impl Run<'_> {
     /// Keeps a loop or a branch of the main program, up to its end, to run it.
     fn section(&mut self, block: &Block, place: Place<'_>) -> io::Result<()> {
         let findings = &mut self.engine.findings;
-        let mut reading = Reading::new(Body::new(None, 0, None), self.block_delete);
+        let mut reading = Reading::new(Body::new(None, 0, None), self.text);
         reading.begin(place.line, place.text, block, findings);
         while !reading.linker.is_closed() {
             let Some(line) = reading.next(&mut self.lines, findings, 0)? else {
@@ -290,12 +320,19 @@ impl Run<'_> {
         // Nothing is executed: the state shall not learn of codes that are checked.
         let mut executor = Executor::new(engine.executor.machine, &Options::default());
         while let Some(line) = self.lines.next_line()? {
-            parse_line(&line, &mut self.block, &mut engine.faults, self.block_delete);
+            parse_line(&line, &mut self.block, &mut engine.faults, self.text);
             if self.block.is_plain() {
                 executor.check_codes(&self.block, &mut engine.faults);
             }
-            let here = Place { line: line.number, text: line.bytes, calls: &[], file: None };
-            engine.report(here, true);
+            if !engine.faults.is_empty() && self.passed_over.len() < engine.findings.max() {
+                self.passed_over.push(PassedOver {
+                    label: statement.label.clone(),
+                    line: line.number,
+                    text: line.bytes.to_vec(),
+                    faults: std::mem::take(&mut engine.faults),
+                });
+            }
+            engine.faults.clear();
             let ends = self.block.statement().is_some_and(|end| {
                 matches!(end.control, Control::EndSub(_)) && end.label == statement.label
             });
@@ -348,7 +385,7 @@ impl Run<'_> {
     }
 
     /// Keeps the main program whole, to go on in it behind a line; false if that cannot be.
-    fn keep_main(&mut self, line: u32) -> io::Result<bool> {
+    pub(super) fn keep_main(&mut self, line: u32) -> io::Result<bool> {
         let said = self.lines.number();
         let main = self.library.read_main(said, &mut self.engine.findings)?;
         self.rest_in_program = program_number(&main.block).is_some();
@@ -368,6 +405,8 @@ impl Run<'_> {
                 *repeats_left -= 1;
                 frame.next = 0;
                 frame.repeats.clear();
+                self.engine.executor.leave_call();
+                self.engine.executor.enter_call();
             }
             _ => self.leave_wholly(),
         }
@@ -376,7 +415,8 @@ impl Run<'_> {
     fn leave_wholly(&mut self) {
         let Some(frame) = self.frames.pop() else { return };
         if let FrameKind::Call { has_scope, .. } = frame.kind {
-            self.calls.pop();
+            Rc::make_mut(&mut self.calls).pop();
+            self.engine.executor.leave_call();
             if has_scope {
                 self.engine.parameters.leave();
             }
@@ -439,8 +479,10 @@ impl Run<'_> {
                 }
             }
             let around = format!("{} calls {label}", names.join(" calls "));
-            let message = format!("{around}, {depth} calls deep: does this ever end?");
-            return Some(Fault::block(&rules::RECURSION, block, message));
+            let deep = if depth > 0 { format!(", {depth} calls deep") } else { String::new() };
+            let message = format!("{around}{deep}: does this ever end?");
+            let fault = Fault::block(&rules::RECURSION, block, message);
+            return Some(fault.help("a repetition is written by L, or as a loop: o1 repeat [3]"));
         }
         if depth >= CALL_DEPTH_MAX {
             let message = format!("{label} is called {CALL_DEPTH_MAX} calls deep already");
@@ -470,10 +512,11 @@ impl Run<'_> {
                 if let Some((arguments, is_macro)) = arguments {
                     self.engine.parameters.enter(arguments, is_macro);
                 }
+                self.engine.executor.enter_call();
                 let has_scope = arguments.is_some();
                 let kind = FrameKind::Call { has_scope, repeats_left: repeats - 1 };
                 self.frames.push(Frame { body, next: 0, kind, repeats: Vec::new() });
-                self.calls.push(place.line);
+                Rc::make_mut(&mut self.calls).push(place.line);
                 return Ok(());
             }
             Found::Faulty => return Ok(()),

@@ -42,11 +42,15 @@ pub(super) struct Rotation {
 /// All that lies between program and machine coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Frames {
+    /// Where the systems lie.
     systems: [System; SYSTEMS],
     active: usize,
+    /// The one in force, as it was when it was chosen or placed.
+    current: System,
     /// G92 and G52, which share one offset, and what G92.2 has suspended.
     shift_mm: Point,
     kept_shift_mm: Point,
+    is_shifted: bool,
     tool_mm: Point,
     scaling: Option<Scaling>,
     rotation: Option<Rotation>,
@@ -62,10 +66,12 @@ impl Frames {
         let mut systems = [system; SYSTEMS];
         systems[0].is_set = true;
         Frames {
+            current: systems[0],
             systems,
             active: 0,
             shift_mm: Point::ZERO,
             kept_shift_mm: Point::ZERO,
+            is_shifted: false,
             tool_mm: Point::ZERO,
             scaling: None,
             rotation: None,
@@ -107,13 +113,25 @@ impl Frames {
     /// Makes a work coordinate system the one in force.
     pub fn choose(&mut self, index: usize) {
         self.active = index.min(SYSTEMS - 1);
+        self.current = self.systems[self.active];
         self.update();
+    }
+
+    /// Changes what is stored of a work coordinate system; it is in force once it is chosen.
+    pub fn store_system(&mut self, index: usize, change: impl FnOnce(&mut System)) {
+        if let Some(place) = self.systems.get_mut(index) {
+            change(place);
+            place.is_set = true;
+        }
     }
 
     /// Places a work coordinate system.
     pub fn set_system(&mut self, index: usize, system: System) {
         if let Some(place) = self.systems.get_mut(index) {
             *place = system;
+        }
+        if index == self.active {
+            self.current = system;
         }
         self.update();
     }
@@ -133,7 +151,23 @@ impl Frames {
     pub fn set_shift(&mut self, axis: Axis, shift_mm: f64) {
         self.shift_mm[axis] = shift_mm;
         self.kept_shift_mm = self.shift_mm;
+        self.is_shifted = true;
         self.update();
+    }
+
+    /// Changes the offset that G92.3 restores.
+    pub fn keep_shift(&mut self, axis: Axis, shift_mm: f64) {
+        self.kept_shift_mm[axis] = shift_mm;
+    }
+
+    /// The offset that G92.3 restores.
+    pub fn kept_shift_mm(&self) -> &Point {
+        &self.kept_shift_mm
+    }
+
+    /// Whether G92 or G52 has set an offset, and it is not suspended.
+    pub fn is_shifted(&self) -> bool {
+        self.is_shifted
     }
 
     /// The offset of G92 and G52 in force.
@@ -150,12 +184,14 @@ impl Frames {
     /// G92.2: the offset of G92 is zero until G92.3.
     pub fn suspend_shift(&mut self) {
         self.shift_mm = Point::ZERO;
+        self.is_shifted = false;
         self.update();
     }
 
     /// G92.3: the offset of G92 is what it was.
     pub fn restore_shift(&mut self) {
         self.shift_mm = self.kept_shift_mm;
+        self.is_shifted = true;
         self.update();
     }
 
@@ -172,7 +208,7 @@ impl Frames {
     }
 
     fn update(&mut self) {
-        let system = &self.systems[self.active];
+        let system = &self.current;
         self.offset_mm = AxisMap::from_fn(|axis| {
             system.origin_mm[axis] + self.shift_mm[axis] + self.tool_mm[axis]
         });
@@ -181,7 +217,7 @@ impl Frames {
 
     /// Machine coordinates of a point of the program.
     pub fn machine(&self, program: &Point) -> Point {
-        let system = &self.systems[self.active];
+        let system = &self.current;
         let mut point = self.scaled(program);
         if let Some(rotation) = &self.rotation {
             turn(&mut point, rotation.plane, rotation.center_mm, rotation.angle_deg);
@@ -209,14 +245,22 @@ impl Frames {
     /// A point in machine coordinates before scaling and rotation.
     fn unscaled(&self, machine: &Point) -> Point {
         let shift_mm = self.shift_mm;
-        let point = self.unshifted(self.active, machine);
+        let point = self.unshifted_by(&self.current, machine);
         AxisMap::from_fn(|axis| point[axis] - shift_mm[axis])
     }
 
     /// What a work coordinate system alone, with the tool's offset, makes of a machine position:
     /// what G92 and G10 L20 measure from.
     pub fn unshifted(&self, index: usize, machine: &Point) -> Point {
-        let system = &self.systems[index.min(SYSTEMS - 1)];
+        self.unshifted_by(self.known(index), machine)
+    }
+
+    /// A system as it is in force, or would be if it were chosen.
+    fn known(&self, index: usize) -> &System {
+        if index == self.active { &self.current } else { &self.systems[index.min(SYSTEMS - 1)] }
+    }
+
+    fn unshifted_by(&self, system: &System, machine: &Point) -> Point {
         let mut point =
             AxisMap::from_fn(|axis| machine[axis] - system.origin_mm[axis] - self.tool_mm[axis]);
         turn(&mut point, Plane::Xy, [0.0; 2], -system.turn_deg);
@@ -225,7 +269,7 @@ impl Frames {
 
     /// Where the origin of a system has to lie for it to call `wanted` what it calls `called` now.
     pub fn origin_moved(&self, index: usize, called: &Point, wanted: &Point) -> Point {
-        let system = &self.systems[index.min(SYSTEMS - 1)];
+        let system = self.known(index);
         let mut by = AxisMap::from_fn(|axis| called[axis] - wanted[axis]);
         turn(&mut by, Plane::Xy, [0.0; 2], system.turn_deg);
         AxisMap::from_fn(|axis| system.origin_mm[axis] + by[axis])
@@ -246,7 +290,7 @@ impl Frames {
         let [first, second] = plane.axes();
         let turned_out = |other: Plane, angle_deg: f64| other != plane && angle_deg % 360.0 != 0.0;
         if self.rotation.is_some_and(|rotation| turned_out(rotation.plane, rotation.angle_deg))
-            || turned_out(Plane::Xy, self.systems[self.active].turn_deg)
+            || turned_out(Plane::Xy, self.current.turn_deg)
         {
             return None;
         }

@@ -19,22 +19,36 @@ mod feed;
 mod findings;
 mod flow;
 mod frames;
+mod functions;
 mod inputs;
+mod lenient;
+mod macro_variables;
+mod modes;
 mod motion;
 mod motions;
 mod moves;
+mod names;
+mod nurbs;
 mod offsets;
 mod parameters;
+mod plain_move;
+mod plunge;
+mod polar;
+mod probe;
 mod program;
 mod run;
+mod spline;
 mod system;
+mod threading;
 mod tools;
 mod travel;
+mod turning;
+mod turns;
 mod words;
 
 pub use arc::FULL_CIRCLE_MM;
 pub use check::{Checked, Said, Summary, check};
-pub use motion::{Corner, Motion, Move, MoveKind};
+pub use motion::{Bound, Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
 pub use tools::{Tool, Tools, ToolsError};
 
@@ -49,18 +63,28 @@ pub enum Dialect {
     /// As LinuxCNC, but `#3000` raises an alarm.
     #[default]
     Iso,
-    /// `#3000` is a parameter like others.
+    /// `#3000` is a parameter like others; programs begin with G99.
     LinuxCnc,
-    /// Parameters that are not set have no value; FIX and FUP go towards and away from zero; AND
+    /// Parameters that are not set have no value, those from 1000 on are system variables; P of G4
+    /// is in milliseconds; G10 L10 to L13 set tools; FIX and FUP go towards and away from zero; AND
     /// OR XOR work on bits; `M98 P51000` is `M98 P1000 L5`.
     Fanuc,
-    /// As LinuxCNC.
+    /// As `Fanuc`, on a lathe: X words are diameters, U and W distances, and what differs from
+    /// mills besides (G code system A).
+    FanucLathe,
+    /// As LinuxCNC, but programs begin with G98.
     Grbl,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 4] = [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Grbl];
+    pub const ALL: [Dialect; 5] =
+        [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::FanucLathe, Dialect::Grbl];
+
+    /// Whether it is that of a FANUC-style control.
+    pub fn is_fanuc(self) -> bool {
+        matches!(self, Dialect::Fanuc | Dialect::FanucLathe)
+    }
 
     /// Its name on the command line and in dumps.
     pub fn name(self) -> &'static str {
@@ -68,6 +92,7 @@ impl Dialect {
             Dialect::Iso => "iso",
             Dialect::LinuxCnc => "linuxcnc",
             Dialect::Fanuc => "fanuc",
+            Dialect::FanucLathe => "fanuc-lathe",
             Dialect::Grbl => "grbl",
         }
     }
@@ -84,6 +109,8 @@ pub struct Options {
     pub dialect: Dialect,
     /// Whether lines that begin with `/` are left out.
     pub block_delete: bool,
+    /// Whether words of other controls that mean nothing here are left out, with a warning.
+    pub lenient: bool,
     /// Folders below which subprograms may lie in files of their own, in order of search.
     pub folders: Vec<PathBuf>,
     /// Most passes that all loops, repeats and backward GOTOs of a run may make together; none:

@@ -1,6 +1,8 @@
 //! Motion: what a program means, once units, offsets and modes have been resolved.
 
-use crate::base::{Event, Plane, Point};
+use std::sync::Arc;
+
+use crate::base::{Event, Plane, Point, Spline};
 
 /// One thing that a program makes happen, in program order.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +14,7 @@ pub enum Motion {
 }
 
 /// A movement from one position to another, in machine coordinates (mm, degrees on rotary axes).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Move {
     /// Physical line of the program, from 1.
     pub line: u32,
@@ -26,6 +28,21 @@ pub struct Move {
     pub kind: MoveKind,
     /// What may become of the corner at its end.
     pub corner: Corner,
+    /// What else than time decides where the axes are.
+    pub bound: Bound,
+}
+
+/// What, beside time, a movement is bound to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Bound {
+    /// Nothing.
+    #[default]
+    Free,
+    /// The spindle's turns: the feed is what follows from its speed (G33, G33.1, G76).
+    Spindle,
+    /// A probe or another input: the movement ends where it comes, at its end at the latest
+    /// (G38.2 to G38.5, G31).
+    Input,
 }
 
 /// What may become of the corner between two movements.
@@ -44,7 +61,7 @@ pub enum Corner {
 }
 
 /// The way of a movement.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum MoveKind {
     /// As fast as the machine can (G0).
     Rapid,
@@ -66,4 +83,23 @@ pub enum MoveKind {
         /// Full turns beyond the last partial one: 0 for a plain arc and a single full circle.
         turns: u32,
     },
+    /// A spline (G5, G5.1, G5.2, G6.2) in X, Y and Z.
+    Spline {
+        /// Speed along the path.
+        feed_mm_min: f64,
+        /// Its points, in machine coordinates; the first and the last are the ends of the move.
+        curve: Arc<Spline>,
+    },
+}
+
+impl MoveKind {
+    /// Speed along the path; none of a rapid.
+    pub fn feed_mm_min(&self) -> Option<f64> {
+        match self {
+            MoveKind::Rapid => None,
+            MoveKind::Line { feed_mm_min }
+            | MoveKind::Arc { feed_mm_min, .. }
+            | MoveKind::Spline { feed_mm_min, .. } => Some(*feed_mm_min),
+        }
+    }
 }

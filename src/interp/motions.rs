@@ -38,34 +38,44 @@ pub fn motions<'a>(source: &Source, machine: &'a Machine, options: &Options) -> 
     Motions { run, made: Vec::new(), next: 0, is_over: false }
 }
 
+impl Motions<'_> {
+    /// The next motion, which stays where it has been made; none at the end.
+    ///
+    /// # Errors
+    /// As the iterator's. Nothing comes after one.
+    pub fn read(&mut self) -> Result<Option<&Motion>, RunError> {
+        while self.next == self.made.len() {
+            if self.is_over {
+                return Ok(None);
+            }
+            self.made.clear();
+            self.next = 0;
+            if let Err(error) = self.step() {
+                self.made.clear();
+                self.is_over = true;
+                return Err(error);
+            }
+        }
+        self.next += 1;
+        Ok(self.made.get(self.next - 1))
+    }
+
+    fn step(&mut self) -> Result<(), RunError> {
+        self.is_over = !self.run.step(&mut self.made)?;
+        if self.run.engine.findings.errors > 0 {
+            let mut found = self.run.engine.findings.list.drain(..);
+            if let Some(error) = found.find(|found| found.severity == Severity::Error) {
+                return Err(RunError::Program(Box::new(error)));
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Iterator for Motions<'_> {
     type Item = Result<Motion, RunError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            if let Some(motion) = self.made.get(self.next) {
-                self.next += 1;
-                return Some(Ok(motion.clone()));
-            }
-            if self.is_over {
-                return None;
-            }
-            self.made.clear();
-            self.next = 0;
-            match self.run.step(&mut self.made) {
-                Ok(goes_on) => self.is_over = !goes_on,
-                Err(error) => {
-                    self.is_over = true;
-                    return Some(Err(RunError::Io(error)));
-                }
-            }
-            if self.run.engine.findings.errors > 0 {
-                self.made.clear();
-                self.is_over = true;
-                let mut found = self.run.engine.findings.list.drain(..);
-                let error = found.find(|diagnostic| diagnostic.severity == Severity::Error)?;
-                return Some(Err(RunError::Program(Box::new(error))));
-            }
-        }
+        self.read().map(Option::<&Motion>::cloned).transpose()
     }
 }

@@ -1,13 +1,12 @@
 //! Movement: where axis words lead, and the arcs between.
 
 use crate::base::{Axis, Point};
-use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS};
+use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, POLAR_LETTERS};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::arc::{ArcTask, center_letter};
 use super::execute::{Asked, Executor, MotionMode, Output};
-use super::frames::sin_cos_deg;
-use super::motion::{Corner, Motion, Move, MoveKind};
+use super::motion::{Bound, Corner, Motion, Move, MoveKind};
 use super::words::{machine_coordinates_alone, whole};
 
 /// Letters of the axes that turn.
@@ -19,17 +18,46 @@ const SAME_PLACE_MM: f64 = 1e-9;
 
 impl Executor<'_> {
     /// Moves, if the block asks for it.
-    pub(super) fn run_motion(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+    pub(super) fn run_motion(&mut self, block: &Block, mut asked: Asked, out: &mut Output<'_>) {
+        if block.letters() & POLAR_LETTERS == 0 {
+            if self.polar {
+                asked.polar_step = self.polar_mode_step(block);
+            }
+            self.run_axis_words(block, asked, out);
+        } else if let Some(resolved) = self.resolve_polar(block, &mut asked, out.faults) {
+            self.run_axis_words(&resolved, asked, out);
+        } else {
+            self.forget_position();
+        }
+    }
+
+    fn run_axis_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if let MotionMode::Cycle(cycle) = self.motion {
             let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
-            if asks && !asked.axes_claimed {
+            if asks && !asked.axes_claimed && self.is_thread(cycle, block) {
+                self.thread_cycle(block, asked, out);
+            } else if asks && !asked.axes_claimed {
                 self.run_cycle(cycle, block, asked, out);
             }
+            return;
+        }
+        if let MotionMode::Spline(code) = self.motion {
+            self.run_spline(code, block, asked, out);
             return;
         }
         let is_arc = matches!(self.motion, MotionMode::Arc { .. });
         let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
+        if let MotionMode::Single(single) = self.motion {
+            if block.letters() & AXIS_LETTERS != 0 && !asked.axes_claimed {
+                self.cut_once(single, block, asked, out);
+            }
+            return;
+        }
+        if matches!(self.motion, MotionMode::Turn(_)) {
+            // It goes along a contour, which is not of this block.
+            return;
+        }
         let Some(first) = first else {
             if asked.machine_coordinates && !asked.is_faulty {
                 machine_coordinates_alone(block, out.faults);
@@ -41,11 +69,16 @@ impl Executor<'_> {
         let is_whole = !asked.is_faulty && out.faults.len() == faults_before;
         let kind = match self.motion {
             _ if !is_whole => None,
-            MotionMode::Foreign | MotionMode::Cycle(_) => None,
+            MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Spline(_) => None,
+            MotionMode::Turn(_) | MotionMode::Single(_) => None,
+            MotionMode::Follow(follow) => {
+                self.follow(follow, block, &to, asked, out);
+                return;
+            }
             MotionMode::None => {
                 let message = format!("{first} moves an axis, but no motion code is in force");
                 let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);
-                out.faults.push(fault.help("write G0 or G1 before it"));
+                out.faults.push(fault.help("write G0 or G1 before it: G80 ends what was in force"));
                 None
             }
             MotionMode::Rapid => Some(MoveKind::Rapid),
@@ -78,13 +111,20 @@ impl Executor<'_> {
     ) {
         let is_line = matches!(kind, MoveKind::Line { .. });
         let turns_only = is_line && self.turns_only(block, to);
+        let mut step = self.step(block, to, kind, out.line);
+        step.corner = corner.unwrap_or(self.corner);
+        out.motions.push(Motion::Move(step));
+        if let Some(Motion::Move(step)) = out.motions.last_mut() {
+            self.apply_feed(step, turns_only);
+        }
+    }
+
+    /// A move from where the machine stands, without the feed in force.
+    pub(super) fn step(&mut self, block: &Block, to: &Point, kind: MoveKind, line: u32) -> Move {
         let from = std::mem::replace(&mut self.position_mm, *to);
         // A word that is no line number has been reported.
         let n = block.word(b'N').map(|word| word.value as u32);
-        let corner = corner.unwrap_or(self.corner);
-        let mut step = Move { line: out.line, n, from, to: *to, kind, corner };
-        self.apply_feed(&mut step, turns_only);
-        out.motions.push(Motion::Move(step));
+        Move { line, n, from, to: *to, kind, corner: self.corner, bound: Bound::Free }
     }
 
     /// Where the axis words lead; the position that a faulty word leads to is open.
@@ -96,12 +136,18 @@ impl Executor<'_> {
             }
             return self.place(&program);
         }
+        self.plain_target(block, asked, faults)
+    }
+
+    /// The same where frames only shift.
+    #[inline]
+    fn plain_target(&mut self, block: &Block, asked: Asked, faults: &mut Vec<Fault>) -> Point {
         let mut to = self.position_mm;
         for word in block.words() {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
             if asked.machine_coordinates {
                 to[axis] = value;
-            } else if self.absolute {
+            } else if self.is_position(word) {
                 to[axis] = self.frames.offset_mm()[axis] + value;
             } else {
                 to[axis] += value;
@@ -126,23 +172,14 @@ impl Executor<'_> {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
             // The angle of polar coordinates has no other unit.
             let value = if self.polar && axis == second { word.value } else { value };
-            to[axis] = if self.absolute { value } else { from[axis] + value };
+            to[axis] = if self.is_position(word) { value } else { from[axis] + value };
         }
         let words = [first, second].map(|axis| block.word(axis.letter() as u8));
-        let Some(word) = words[0].or(words[1]).filter(|_| self.polar) else { return to };
-        if !self.absolute {
-            let message = format!("{word}: polar coordinates under G91 are not supported");
-            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-            faults.push(fault.help("write radius and angle as positions, under G90"));
-            return from;
+        if self.polar && (words[0].is_some() || words[1].is_some()) {
+            let (at, told) = ([from[first], from[second]], [to[first], to[second]]);
+            let Some(polar) = self.polar_target(words, at, told, faults) else { return from };
+            [to[first], to[second]] = polar;
         }
-        let radius = if words[0].is_some() { to[first] } else { from[first].hypot(from[second]) };
-        let angle_deg = match words[1] {
-            Some(word) => word.value,
-            None => from[second].atan2(from[first]).to_degrees(),
-        };
-        let (sin, cos) = sin_cos_deg(angle_deg);
-        (to[first], to[second]) = (radius * cos, radius * sin);
         to
     }
 
@@ -159,25 +196,29 @@ impl Executor<'_> {
 
     /// The axis of a word and its value in mm or degrees; none for other words, and for axes that
     /// the machine does not have.
+    #[inline]
     pub(super) fn axis_word(
         &mut self,
         word: &Word,
         faults: &mut Vec<Fault>,
     ) -> Option<(Axis, f64)> {
-        if AXIS_LETTERS & letter_bit(word.letter) == 0 {
-            return None;
-        }
-        let axis = Axis::from_letter(word.letter)?;
+        let axis = self.axis_of(word.letter)?;
         if !self.axes.contains(axis) {
-            let message = format!("{word}: the machine {} has no {axis} axis", self.machine.id);
-            let fault = Fault::word(&rules::MISSING_AXIS, word, message);
-            faults.push(fault.help("leave the word out, or take another machine (--machine)"));
+            self.miss_axis(word, faults);
             return None;
         }
         self.axes_used.insert(axis);
         let scale = if axis.is_rotary() { 1.0 } else { self.mm_per_unit };
         let share = if self.diameters && axis == Axis::X { 0.5 } else { 1.0 };
         Some((axis, word.value * scale * share))
+    }
+
+    #[cold]
+    fn miss_axis(&self, word: &Word, faults: &mut Vec<Fault>) {
+        let (id, axis) = (&self.machine.id, char::from(word.letter));
+        let message = format!("{word}: the machine {id} has no {axis} axis");
+        let fault = Fault::word(&rules::MISSING_AXIS, word, message);
+        faults.push(fault.help("leave the word out, or take another machine (--machine)"));
     }
 
     /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.

@@ -5,8 +5,10 @@ use crate::base::{Axis, AxisMap, Point};
 use crate::gcode::codes::{AXIS_LETTERS, Op};
 use crate::gcode::{Block, Fault, Word, rules};
 
+use super::Dialect;
 use super::execute::{Asked, Executor, Output};
 use super::frames::{Rotation, SYSTEMS, Scaling};
+use super::modes::LengthMode;
 use super::motion::MoveKind;
 use super::words::whole;
 
@@ -14,10 +16,15 @@ use super::words::whole;
 const SYSTEM_NAMES: [&str; SYSTEMS] =
     ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
+/// The system of G10 L11, counted from 0: G59.3.
+const FIXTURE: usize = 8;
+
 impl Executor<'_> {
     /// G54 to G59.3, counted from 0.
     pub(super) fn choose_system(&mut self, index: usize, block: &Block, faults: &mut Vec<Fault>) {
-        self.frames.choose(index);
+        if index != self.frames.active() {
+            self.frames.choose(index);
+        }
         let is_set = self.frames.system(index).is_none_or(|system| system.is_set);
         if is_set || self.systems_missed & 1 << index != 0 {
             return;
@@ -96,14 +103,24 @@ impl Executor<'_> {
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
             return;
         };
+        if self.dialect == Dialect::Fanuc
+            && let Some((word, 10.0 | 11.0 | 12.0 | 13.0)) = kind
+        {
+            self.set_tool_memory(word, number, block, faults);
+            return;
+        }
         match kind {
             Some((_, 1.0)) => self.set_tool(number, block, faults),
+            Some((_, 10.0)) => self.measure_tool(number, self.frames.active(), block, faults),
+            Some((_, 11.0)) => self.measure_tool(number, FIXTURE, block, faults),
             Some((_, 2.0)) => self.place_system(number, false, block, faults),
             Some((_, 20.0)) => self.place_system(number, true, block, faults),
             Some((word, _)) => {
                 let message = format!("G10 {word} is not supported");
                 let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-                faults.push(fault.help("L1 sets a tool, L2 and L20 a work coordinate system"));
+                faults.push(
+                    fault.help("L1, L10 and L11 set a tool, L2 and L20 a work coordinate system"),
+                );
                 self.is_shifted = true;
             }
             None => {
@@ -128,6 +145,73 @@ impl Executor<'_> {
         }
         if let Some(radius_mm) = radius_mm {
             tool.diameter_mm = 2.0 * radius_mm;
+        }
+    }
+
+    /// G10 L10 and L11: a tool's offsets become such that with them the machine stands at the axis
+    /// words, in the coordinates in force or, without G92, in those of G59.3.
+    fn measure_tool(
+        &mut self,
+        number: &Word,
+        system: usize,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) {
+        let Some(number) = whole(number, 99_999, faults) else { return };
+        if !self.is_untransformed("G10", block, faults) {
+            return;
+        }
+        let is_active = system == self.frames.active();
+        let shift_mm = if is_active { self.frames.shift_mm() } else { Point::ZERO };
+        let called = self.frames.unshifted(system, &self.position_mm);
+        let (mut wanted, mut named) = (called, Vec::new());
+        for word in block.words() {
+            if let Some((axis, value)) = self.axis_word(word, faults) {
+                wanted[axis] = value + shift_mm[axis];
+                named.push(axis);
+            }
+        }
+        let moved = self.frames.origin_moved(system, &called, &wanted);
+        let stays = self.frames.origin_moved(system, &called, &called);
+        let tool_mm = self.frames.tool_mm();
+        let radius_mm = block.word(b'R').map(|word| word.value * self.mm_per_unit);
+        let tool = self.tools.entry(number);
+        for axis in named {
+            tool.offset_mm[axis] = tool_mm[axis] + moved[axis] - stays[axis];
+        }
+        if let Some(radius_mm) = radius_mm {
+            tool.diameter_mm = 2.0 * radius_mm;
+        }
+    }
+
+    /// G10 L10 and L12 of the dialect fanuc: R is the length, or the radius, of tool P. L11 and
+    /// L13, wear, can only be 0: the tool table has none.
+    fn set_tool_memory(
+        &mut self,
+        kind: &Word,
+        number: &Word,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) {
+        let Some(number) = whole(number, 99_999, faults) else { return };
+        let Some(value) = block.word(b'R').copied() else {
+            let message = "G10 has no R, the value that it sets";
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return;
+        };
+        let mm = value.value * self.mm_per_unit;
+        let adds = if self.absolute { 0.0 } else { 1.0 };
+        let tool = self.tools.entry(number);
+        match kind.value {
+            10.0 => tool.offset_mm[Axis::Z] = adds * tool.offset_mm[Axis::Z] + mm,
+            12.0 => tool.diameter_mm = adds * tool.diameter_mm + 2.0 * mm,
+            _ if mm == 0.0 => {}
+            _ => {
+                let message = format!("{value}: the wear of tools is not supported");
+                let fault = Fault::word(&rules::UNSUPPORTED_WORD, &value, message);
+                faults.push(fault.help("add it to the length (L10) or to the radius (L12)"));
+                self.is_shifted = true;
+            }
         }
     }
 
@@ -190,14 +274,20 @@ impl Executor<'_> {
             }
             None => return,
         };
+        self.length_mode = LengthMode::Table;
         let before_mm = if adds { self.frames.tool_mm() } else { Point::ZERO };
         self.frames.set_tool(AxisMap::from_fn(|axis| before_mm[axis] + offset_mm[axis]));
     }
 
     /// A tool that the table lacks.
     pub(super) fn unknown_tool(&self, number: u32, block: &Block) -> Fault {
-        let message = format!("tool {number} does not stand in the tool table");
-        let fault = match block.word(b'H').or(block.word(b'D')) {
+        let word = block.word(b'H').or(block.word(b'D'));
+        let message = if number == 0 && word.is_none() {
+            "no H or D names a tool, and none is in the spindle (T and M6)".to_owned()
+        } else {
+            format!("tool {number} does not stand in the tool table")
+        };
+        let fault = match word {
             Some(word) => Fault::word(&rules::UNKNOWN_TOOL, word, message),
             None => Fault::block(&rules::UNKNOWN_TOOL, block, message),
         };
@@ -214,6 +304,7 @@ impl Executor<'_> {
         for (axis, value) in self.axis_values("G43.1", block, faults) {
             offset_mm[axis] = value;
         }
+        self.length_mode = LengthMode::Words;
         self.frames.set_tool(offset_mm);
     }
 
@@ -285,19 +376,22 @@ impl Executor<'_> {
         }));
     }
 
+    /// G28, G30, G28.1 and G30.1
+    pub(super) fn reference(&mut self, op: Op, block: &Block, asked: Asked, out: &mut Output<'_>) {
+        match op {
+            Op::GoToReference(index) => self.go_to_reference(index, block, asked, out),
+            Op::StoreReference(index) => self.store_reference(index),
+            _ => {}
+        }
+    }
+
     /// G28 and G30: by way of the axis words to the reference of their axes; without any, of all.
-    pub(super) fn go_to_reference(
-        &mut self,
-        index: u8,
-        block: &Block,
-        asked: Asked,
-        out: &mut Output<'_>,
-    ) {
+    fn go_to_reference(&mut self, index: u8, block: &Block, asked: Asked, out: &mut Output<'_>) {
         let has_words = block.letters() & AXIS_LETTERS != 0;
         let by_way = self.target(block, asked, out.faults);
         let mut reference_mm = by_way;
         for axis in self.axes.iter() {
-            if has_words && !block.has(axis.letter() as u8) {
+            if has_words && !self.names_axis(block, axis) {
                 continue;
             }
             let Some(at_mm) = self.reference_mm(index, axis) else {
@@ -323,18 +417,19 @@ impl Executor<'_> {
     }
 
     /// What G28.1 or G30.1 have stored, or else the home position; on an axis without travel 0.
-    fn reference_mm(&self, index: u8, axis: Axis) -> Option<f64> {
-        if let Some(stored) = self.references.get(usize::from(index)).copied().flatten() {
-            return Some(stored[axis]);
+    pub(super) fn reference_mm(&self, index: u8, axis: Axis) -> Option<f64> {
+        let stored = self.references.get(usize::from(index)).and_then(|stored| stored[axis]);
+        if stored.is_some() {
+            return stored;
         }
         let profile = self.machine.axis(axis)?;
         profile.home_mm.or_else(|| profile.travel_mm.is_none().then_some(0.0))
     }
 
     /// G28.1 and G30.1
-    pub(super) fn store_reference(&mut self, index: u8) {
+    fn store_reference(&mut self, index: u8) {
         if let Some(place) = self.references.get_mut(usize::from(index)) {
-            *place = Some(self.position_mm);
+            *place = AxisMap::from_fn(|axis| Some(self.position_mm[axis]));
         }
     }
 }
@@ -347,6 +442,9 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::LocalOffset
             | Op::SetPosition
             | Op::GoToReference(_)
+            | Op::LatheSetting
+            | Op::Stock(_)
+            | Op::ThreadCycle
             | Op::LengthOffsetByWords
             | Op::Scaling
             | Op::Rotation

@@ -5,7 +5,6 @@
 //! that of `#0`, and in the dialect `fanuc` that of every parameter that is not set; [`UNSET`] is
 //! that of such a parameter in all others, where it counts as 0 (RS274/NGC).
 
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use crate::gcode::rules::{self, Rule};
@@ -13,6 +12,7 @@ use crate::gcode::{Binary, Block, Function, Step};
 
 use super::Dialect;
 use super::execute::Executor;
+use super::names::Names;
 
 /// No value at all: a word that has it is left out.
 pub(super) const EMPTY: f64 = f64::from_bits(0x7ff8_0000_0000_0001);
@@ -23,8 +23,11 @@ const UNSET: f64 = f64::from_bits(0x7ff8_0000_0000_0002);
 /// Parameters of RS274/NGC end here.
 const NUMBER_MAX: u32 = 5602;
 
-/// From here on parameters are the control's own (RS274/NGC); probe results are the first.
-const SYSTEM_FIRST: u32 = 5061;
+/// No parameter below is the control's own, in any dialect.
+const SYSTEM_FIRST: u32 = 1000;
+
+/// Whether DEBUG is shown; 1 unless a program says otherwise (RS274/NGC).
+const DEBUG: u32 = 5599;
 
 /// Parameters from 1 that every call by an O word has for itself, and by G65.
 const CALL_LOCALS: usize = 30;
@@ -36,6 +39,9 @@ const EQUAL_WITHIN: f64 = 1e-6;
 /// The parameter that raises an alarm.
 const ALARM: u32 = 3000;
 
+/// The parameter that stops with a message.
+const STOP: u32 = 3006;
+
 /// Why an expression has no value.
 #[derive(Debug)]
 pub(super) struct NoValue {
@@ -46,7 +52,7 @@ pub(super) struct NoValue {
 
 type Value = Result<f64, NoValue>;
 
-fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
+pub(super) fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
     Err(NoValue { rule, message: message.into(), help: None })
 }
 
@@ -62,13 +68,15 @@ pub(super) enum Target {
 pub(super) enum Set {
     Done,
     Alarm(f64),
+    /// The operator has to go on.
+    Stop,
 }
 
 /// What a call puts aside.
 #[derive(Debug)]
 struct Scope {
     numbered: Vec<f64>,
-    named: HashMap<Rc<str>, f64>,
+    named: Names,
 }
 
 /// All parameters of a run.
@@ -76,8 +84,8 @@ struct Scope {
 pub(super) struct Parameters {
     dialect: Dialect,
     numbered: Vec<f64>,
-    globals: HashMap<Rc<str>, f64>,
-    named: HashMap<Rc<str>, f64>,
+    globals: Names,
+    named: Names,
     scopes: Vec<Scope>,
     stack: Vec<f64>,
 }
@@ -87,8 +95,8 @@ impl Parameters {
         Parameters {
             dialect,
             numbered: Vec::new(),
-            globals: HashMap::new(),
-            named: HashMap::new(),
+            globals: Names::default(),
+            named: Names::default(),
             scopes: Vec::new(),
             stack: Vec::new(),
         }
@@ -128,6 +136,7 @@ impl Parameters {
     fn reserve(&mut self) {
         if self.numbered.is_empty() {
             self.numbered = vec![UNSET; NUMBER_MAX as usize + 1];
+            self.numbered[DEBUG as usize] = 1.0;
         }
     }
 
@@ -146,72 +155,79 @@ impl Parameters {
     }
 
     fn set_number(&mut self, number: u32, value: f64) -> Result<Set, NoValue> {
-        let raises = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
+        let raises = self.dialect == Dialect::Iso || self.dialect.is_fanuc();
         if number == ALARM && raises {
             return Ok(Set::Alarm(value));
+        }
+        if number == STOP && raises {
+            return Ok(Set::Stop);
         }
         if number == 0 {
             return refuse(&rules::BAD_PARAMETER, "#0 has no value, and cannot be set");
         }
-        self.range(number)?;
-        if number >= SYSTEM_FIRST {
-            return refuse(
-                &rules::BAD_PARAMETER,
-                format!("#{number} is the control's own: setting it is not supported"),
-            );
-        }
+        range(number)?;
         self.reserve();
         self.numbered[number as usize] = if value.is_nan() { UNSET } else { value };
         Ok(Set::Done)
     }
 
-    fn range(&self, number: u32) -> Result<(), NoValue> {
-        if self.dialect == Dialect::Fanuc && number >= 1000 {
-            let message = format!("the system variable #{number} is not supported");
-            return refuse(&rules::BAD_PARAMETER, message);
-        }
-        if number > NUMBER_MAX {
-            let message = format!("there is no parameter #{number}: the last is #{NUMBER_MAX}");
-            return refuse(&rules::BAD_PARAMETER, message);
-        }
-        Ok(())
+    /// Whether DEBUG is shown.
+    pub fn shows_debug(&self) -> bool {
+        self.numbered.get(DEBUG as usize).is_none_or(|value| plain(*value) != 0.0)
     }
 
+    #[inline]
     fn numbered(&self, number: u32, executor: &Executor<'_>) -> Value {
         if number == 0 {
             return Ok(EMPTY);
         }
-        self.range(number)?;
-        if number >= SYSTEM_FIRST {
-            return executor.parameter(number).map_or_else(
-                || {
-                    let message = format!("#{number} is the control's own, and not supported");
-                    refuse(&rules::BAD_PARAMETER, message)
-                },
-                Ok,
-            );
+        if number >= SYSTEM_FIRST
+            && let Some(value) = executor.parameter(number)
+        {
+            return value;
         }
+        range(number)?;
         let value = self.numbered.get(number as usize).copied().unwrap_or(UNSET);
-        Ok(if value.is_nan() && self.dialect == Dialect::Fanuc { EMPTY } else { value })
+        Ok(if value.is_nan() && self.dialect.is_fanuc() { EMPTY } else { value })
+    }
+
+    /// Whether a named parameter is the control's own.
+    pub fn is_own(&self, name: &str, executor: &Executor<'_>) -> bool {
+        name.starts_with('_') && self.own(name, executor).is_some()
+    }
+
+    fn own(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
+        match name {
+            "_call_level" => Some(self.scopes.len() as f64),
+            "_value" | "_value_returned" => Some(0.0),
+            _ => executor.named(name),
+        }
     }
 
     fn find(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
         if name.starts_with('_') {
-            let depth = self.scopes.len() as f64;
-            let own = || if name == "_call_level" { Some(depth) } else { executor.named(name) };
-            self.globals.get(name).copied().or_else(own)
+            self.globals.get(name).copied().or_else(|| self.own(name, executor))
         } else {
             self.named.get(name).copied()
         }
     }
 
     fn named(&self, name: &str, executor: &Executor<'_>) -> Value {
-        self.find(name, executor).ok_or_else(|| NoValue {
-            rule: &rules::UNSET_PARAMETER,
-            message: format!("#<{name}> is read here, and nothing has set it"),
-            help: Some(
-                "set it before; names that begin with _ are global, all others of their subprogram",
-            ),
+        self.find(name, executor).ok_or_else(|| {
+            let outside = [("_ini[", "the configuration"), ("_hal[", "the signals")];
+            let of = outside.iter().find(|(prefix, _)| name.starts_with(prefix));
+            let message = match of {
+                Some((_, what)) => format!("#<{name}> is of {what} of a LinuxCNC: there is none"),
+                None => format!("#<{name}> is read here, and nothing has set it"),
+            };
+            let help = match of {
+                Some(_) => "write the value, or ask before by EXISTS, which is 0 here",
+                None => {
+                    "set it before; names that begin with _ are global, all others of their \
+                     subprogram"
+                }
+            };
+            NoValue { rule: &rules::UNSET_PARAMETER, message, help: Some(help) }
         })
     }
 
@@ -260,29 +276,40 @@ impl Parameters {
     }
 
     fn run(&self, code: &[Step], stack: &mut Vec<f64>, executor: &Executor<'_>) -> Value {
+        // The value on top is kept beside the stack: most steps take it and put another there.
+        let mut top = 0.0;
         for step in code {
-            // The reader of expressions puts no step where its values are missing.
-            let mut take = || stack.pop().unwrap_or_default();
             let value = match step {
                 Step::Number(value) => *value,
                 Step::Parameter(number) => self.numbered(*number, executor)?,
-                Step::Indirect => self.numbered(Self::number_of(take())?, executor)?,
                 Step::Named(name) => self.named(name, executor)?,
                 Step::Exists(name) => truth(self.find(name, executor).is_some()),
-                Step::Negate => -plain(take()),
-                Step::Function(function) => self.function(*function, plain(take()))?,
+                Step::Indirect => {
+                    top = self.numbered(Self::number_of(top)?, executor)?;
+                    continue;
+                }
+                Step::Negate => {
+                    top = -plain(top);
+                    continue;
+                }
+                Step::Function(function) => {
+                    top = self.function(*function, plain(top))?;
+                    continue;
+                }
                 Step::Binary(operator) => {
-                    let (second, first) = (take(), take());
-                    self.binary(*operator, first, second)?
+                    // The reader of expressions puts no step where its values are missing.
+                    let first = stack.pop().unwrap_or_default();
+                    top = self.binary(*operator, first, top)?;
+                    continue;
                 }
             };
-            stack.push(value);
+            stack.push(std::mem::replace(&mut top, value));
         }
-        Ok(stack.pop().unwrap_or_default())
+        Ok(top)
     }
 
     fn function(&self, function: Function, x: f64) -> Value {
-        let is_fanuc = self.dialect == Dialect::Fanuc;
+        let is_fanuc = self.dialect.is_fanuc();
         let value = match function {
             Function::Abs => x.abs(),
             Function::Acos if x.abs() <= 1.0 => x.acos().to_degrees(),
@@ -309,7 +336,7 @@ impl Parameters {
     fn binary(&self, operator: Binary, first: f64, second: f64) -> Value {
         let (a, b) = (plain(first), plain(second));
         let bits = |combine: fn(i64, i64) -> i64, logic: fn(bool, bool) -> bool| {
-            if self.dialect == Dialect::Fanuc {
+            if self.dialect.is_fanuc() {
                 combine(a as i64, b as i64) as f64
             } else {
                 truth(logic(a != 0.0, b != 0.0))
@@ -373,6 +400,14 @@ impl Parameters {
     }
 }
 
+fn range(number: u32) -> Result<(), NoValue> {
+    if number > NUMBER_MAX {
+        let message = format!("there is no parameter #{number}: the last is #{NUMBER_MAX}");
+        return refuse(&rules::BAD_PARAMETER, message);
+    }
+    Ok(())
+}
+
 /// A value as a number: having none counts as 0.
 pub(super) fn plain(value: f64) -> f64 {
     if value.is_nan() { 0.0 } else { value }
@@ -395,19 +430,32 @@ fn equal(a: f64, b: f64) -> bool {
     (plain(a) - plain(b)).abs() < EQUAL_WITHIN
 }
 
-/// The parameters that the words of G65 set: list I of macro B.
+/// The parameters that the words of G65 set: list I of macro B, or list II where I, J or K stands
+/// there again.
 pub(super) fn arguments(block: &Block) -> Vec<(u32, f64)> {
     // By letter from A: G L N O P are words of the call itself.
     const NUMBERS: [u32; 26] =
         [1, 2, 3, 7, 8, 9, 0, 11, 4, 5, 6, 0, 13, 0, 0, 0, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26];
-    let number = |letter: u8| NUMBERS[usize::from(letter - b'A')];
+    let count = |letter: u8| block.words().iter().filter(|word| word.letter == letter).count();
+    let is_list_two = [b'I', b'J', b'K'].into_iter().any(|letter| count(letter) > 1);
+    // The threes of I J K, from #4 on: what does not come behind the one before begins the next.
+    let (mut three, mut last) = (0, 0);
+    let mut number = |letter: u8| match letter {
+        b'I'..=b'K' if is_list_two => {
+            three += u32::from(letter <= last);
+            last = letter;
+            4 + 3 * three + u32::from(letter - b'I')
+        }
+        b'A'..=b'Z' => NUMBERS[usize::from(letter - b'A')],
+        _ => 0,
+    };
     let words = block.words().iter().map(|word| (number(word.letter), word.value));
     words.filter(|(number, _)| *number > 0).collect()
 }
 
 /// Whether a block is a macro call: G65 with its P.
 pub(super) fn is_macro_call(block: &Block) -> bool {
-    block.has(b'P') && block.words().iter().any(|word| word.letter == b'G' && word.value == 65.0)
+    block.has(b'P') && block.is_macro_call()
 }
 
 #[cfg(test)]
@@ -418,7 +466,8 @@ mod tests {
 
     fn check(dialect: Dialect, text: &str, expected: Result<f64, &str>) {
         let machine = Machine::load("ideal").unwrap();
-        let executor = Executor::new(&machine, &crate::interp::Options::default());
+        let options = crate::interp::Options { dialect, ..Default::default() };
+        let executor = Executor::new(&machine, &options);
         let mut parameters = Parameters::new(dialect);
         parameters.set(&Target::Number(1), 7.0).unwrap();
         parameters.set(&Target::Number(7), 49.0).unwrap();
@@ -463,6 +512,10 @@ mod tests {
             ("0 EQ #0", 0.0),
             ("#1 NE #0", 1.0),
             ("#5420 + #<_metric>", 1.0),
+            ("#5220 + #5061 + #5400", 1.0),
+            ("EXISTS[#<_hal[a.b]>] + EXISTS[#<_feed>]", 1.0),
+            ("#<_motion_mode> + #<_plane> + #<_ccomp>", 1370.0),
+            ("#<_vmajor> GE 2.5", 1.0),
         ] {
             check(Dialect::Iso, text, Ok(expected));
         }
@@ -473,6 +526,7 @@ mod tests {
             ("#2 EQ #0", 1.0),
             ("#2 EQ 0", 0.0),
             ("#2 + 1", 1.0),
+            ("#4003 + #4014 + #5041", 144.0),
         ] {
             check(Dialect::Fanuc, text, Ok(expected));
         }
@@ -495,11 +549,12 @@ mod tests {
             ("#[1/2]", "bad-parameter"),
             ("#[0-1]", "bad-parameter"),
             ("#6000", "bad-parameter"),
-            ("#5061", "bad-parameter"),
         ] {
             check(Dialect::Iso, text, Err(rule));
         }
-        check(Dialect::Fanuc, "#5001", Err("bad-parameter"));
+        check(Dialect::Fanuc, "#3001", Err("bad-parameter"));
+        check(Dialect::Fanuc, "#1000", Err("bad-parameter"));
+        check(Dialect::Iso, "#<_hal[motion.probe]>", Err("unset-parameter"));
     }
 
     #[test]

@@ -16,8 +16,10 @@ use crate::gcode::codes::{self, Op};
 use crate::gcode::{Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Word, parse, rules};
 
 use super::body::{Body, Linker};
+use super::execute::is_error;
 use super::findings::{Findings, Place};
 use super::inputs::{Inputs, Opened};
+use super::lenient::{is_foreign_line, leave_out};
 
 /// Most blocks that are kept, of subprograms and of loops: about 20 MB.
 pub(super) const BLOCKS_MAX: usize = 50_000;
@@ -37,7 +39,7 @@ type Spots = HashMap<Label, Spot>;
 #[derive(Debug)]
 pub(super) struct Library {
     source: Source,
-    block_delete: bool,
+    reading: TextOptions,
     pub inputs: Inputs,
     /// Where programs begin, by file: the program's own first, then the inputs; none where that
     /// has not been asked yet.
@@ -69,13 +71,21 @@ pub(super) fn program_number(block: &Block) -> Option<(u32, &Word)> {
     is_number.then_some((word.value as u32, word))
 }
 
-/// Parses a line, and reports one that is too long. A line that begins with `/` is blank if lines
-/// are to be left out by that.
+/// How text is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TextOptions {
+    /// A line that begins with `/` is blank.
+    pub block_delete: bool,
+    /// Words of other controls that mean nothing here are left out.
+    pub lenient: bool,
+}
+
+/// Parses a line, and reports one that is too long.
 pub(super) fn parse_line(
     line: &Line<'_>,
     block: &mut Block,
     faults: &mut Vec<Fault>,
-    block_delete: bool,
+    options: TextOptions,
 ) {
     if line.too_long {
         block.clear();
@@ -85,18 +95,25 @@ pub(super) fn parse_line(
         return;
     }
     let faults_before = faults.len();
+    if options.lenient && is_foreign_line(line.bytes, faults) {
+        block.clear();
+        return;
+    }
     parse(line.bytes, block, faults);
-    if block_delete && block.delete {
+    if options.lenient {
+        leave_out(block, faults);
+    }
+    if options.block_delete && block.delete {
         block.clear();
         faults.truncate(faults_before);
     }
 }
 
 impl Library {
-    pub fn new(source: &Source, folders: &[PathBuf], block_delete: bool) -> Library {
+    pub fn new(source: &Source, folders: &[PathBuf], text: TextOptions) -> Library {
         Library {
             source: source.clone(),
-            block_delete,
+            reading: text,
             inputs: Inputs::new(folders),
             spots: vec![None],
             bodies: HashMap::new(),
@@ -196,7 +213,7 @@ impl Library {
         let mut faults = Vec::new();
         while let Some(line) = lines.next_line()? {
             // Faults are reported where the line is run or checked.
-            parse_line(&line, &mut block, &mut faults, self.block_delete);
+            parse_line(&line, &mut block, &mut faults, self.reading);
             faults.clear();
             if tape.ends_at(&block) {
                 break;
@@ -235,7 +252,7 @@ impl Library {
         let (source, file_name) = self.source(file);
         let mut lines = Lines::new(source.reader(spot.offset), spot.offset, spot.line);
         let body = Body::new(Some(label.clone()), file, file_name);
-        let mut reading = Reading::new(body, self.block_delete);
+        let mut reading = Reading::new(body, self.reading);
         let mut first = Vec::new();
         let mut returns = spot.is_sub;
         while let Some(line) = reading.next(&mut lines, findings, 0)? {
@@ -269,7 +286,7 @@ impl Library {
     /// and the block that ended it; none if it cannot be run.
     pub fn read_main(&mut self, said: u32, findings: &mut Findings) -> io::Result<MainText> {
         let mut lines = Lines::new(self.source.reader(0), 0, 1);
-        let mut reading = Reading::new(Body::new(None, 0, None), self.block_delete);
+        let mut reading = Reading::new(Body::new(None, 0, None), self.reading);
         while let Some(line) = reading.next(&mut lines, findings, said)? {
             if self.blocks_kept + reading.body.len() > BLOCKS_MAX {
                 reading.too_large(line.number, findings);
@@ -310,11 +327,11 @@ pub(super) struct Reading {
     is_broken: bool,
     tape: Tape,
     faults: Vec<Fault>,
-    block_delete: bool,
+    text: TextOptions,
 }
 
 impl Reading {
-    pub fn new(body: Body, block_delete: bool) -> Reading {
+    pub fn new(body: Body, text: TextOptions) -> Reading {
         Reading {
             body,
             linker: Linker::default(),
@@ -323,7 +340,7 @@ impl Reading {
             is_broken: false,
             tape: Tape::default(),
             faults: Vec::new(),
-            block_delete,
+            text,
         }
     }
 
@@ -335,14 +352,14 @@ impl Reading {
         said: u32,
     ) -> io::Result<Option<Added>> {
         while let Some(line) = lines.next_line()? {
-            parse_line(&line, &mut self.block, &mut self.faults, self.block_delete);
+            parse_line(&line, &mut self.block, &mut self.faults, self.text);
             let ends_tape = self.tape.ends_at(&self.block);
             let begins_other = self.block.has(b'O') && self.body.len() > 0;
             if ends_tape || begins_other {
                 self.faults.clear();
                 return Ok(None);
             }
-            self.is_faulty |= !self.faults.is_empty();
+            self.is_faulty |= self.faults.iter().any(is_error);
             let is_blank = self.block.is_empty() || self.block.percent;
             if !is_blank {
                 self.add(line.number, line.bytes);

@@ -4,19 +4,21 @@
 //! the loops and branches of the main program, and the main program itself once a GOTO in it is
 //! taken. Where these lead is in [`super::flow`].
 
-use std::io;
+use std::io::{self, Read};
 use std::rc::Rc;
 
 use crate::base::source::SourceReader;
 use crate::base::{Machine, Source};
-use crate::gcode::{Block, Fault, Label, Lines, rules};
+use crate::gcode::{Block, Fault, LINE_BYTES_MAX, Label, Lines, rules};
 
 use super::body::Body;
 use super::engine::Engine;
+use super::execute::is_error;
 use super::findings::Place;
 use super::flow::Flow;
 use super::motion::Motion;
-use super::program::{Library, Tape, parse_line, program_number};
+use super::program::{Library, Tape, TextOptions, parse_line, program_number};
+use super::turns::Awaited;
 use super::{Dialect, MAX_PASSES, Options};
 
 /// What is being run from what is kept.
@@ -63,41 +65,59 @@ pub(super) struct Run<'a> {
     pub engine: Engine<'a>,
     pub lines: Lines<SourceReader>,
     pub library: Library,
+    source: Source,
     pub tape: Tape,
     pub end: End,
     /// The block read last from the main program's text.
     pub block: Block,
     /// Whether what follows the main program begins inside of another one.
     pub rest_in_program: bool,
-    pub block_delete: bool,
+    pub text: TextOptions,
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
     pub(super) main_label: Option<Label>,
     pub(super) frames: Vec<Frame>,
     /// The line of each call that is being run.
-    pub(super) calls: Vec<u32>,
+    pub(super) calls: Rc<Vec<u32>>,
     pub(super) calls_made: u64,
+    /// What is wrong with subprograms that have been passed over, until they are called.
+    pub(super) passed_over: Vec<PassedOver>,
+    /// The lathe cycle whose contour is being read.
+    pub(super) awaited: Option<Awaited>,
+}
+
+/// A line with faults in a subprogram that stood in the way.
+#[derive(Debug)]
+pub(super) struct PassedOver {
+    pub label: Label,
+    pub line: u32,
+    pub text: Vec<u8>,
+    pub faults: Vec<Fault>,
 }
 
 impl<'a> Run<'a> {
     pub fn new(source: &Source, machine: &'a Machine, options: &Options, max: usize) -> Run<'a> {
+        let text = TextOptions { block_delete: options.block_delete, lenient: options.lenient };
         Run {
             engine: Engine::new(machine, options, max),
             lines: Lines::new(source.reader(0), 0, 1),
-            library: Library::new(source, &options.folders, options.block_delete),
+            library: Library::new(source, &options.folders, text),
             tape: Tape::default(),
             end: End::Running,
             block: Block::default(),
+            source: source.clone(),
             rest_in_program: false,
-            block_delete: options.block_delete,
+            text,
             dialect: options.dialect,
             max_passes: options.max_passes.unwrap_or(MAX_PASSES),
             passes: 0,
             main_label: None,
             frames: Vec::new(),
-            calls: Vec::new(),
+            calls: Rc::default(),
             calls_made: 0,
+            passed_over: Vec::new(),
+            awaited: None,
         }
     }
 
@@ -113,7 +133,10 @@ impl<'a> Run<'a> {
             self.step_main(motions)?;
         } else {
             self.step_body(motions)?;
+            self.end_contour(motions);
         }
+        self.engine.stop(motions);
+        self.engine.restore_after_call(&self.calls, motions);
         if self.end != End::Running {
             self.finish(motions);
         }
@@ -131,11 +154,10 @@ impl<'a> Run<'a> {
     fn step_main(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {
         let Some(line) = self.lines.next_line()? else {
             self.end = End::Text;
-            self.missing_end();
-            return Ok(());
+            return self.missing_end(false);
         };
         let engine = &mut self.engine;
-        parse_line(&line, &mut self.block, &mut engine.faults, self.block_delete);
+        parse_line(&line, &mut self.block, &mut engine.faults, self.text);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let mut flow = Flow::Next;
         if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
@@ -153,14 +175,13 @@ impl<'a> Run<'a> {
                     }
                     engine.report(place, false);
                     self.end = End::NextProgram;
-                    self.missing_end();
-                    return Ok(());
+                    return self.missing_end(true);
                 }
                 self.main_label = Some(Label::Number(number));
             }
             flow = match self.block.statement() {
                 _ if self.block.is_broken_statement() => Flow::Unreadable,
-                Some(_) if !engine.faults.is_empty() => Flow::Unreadable,
+                Some(_) if engine.faults.iter().any(is_error) => Flow::Unreadable,
                 Some(_) => Flow::Statement,
                 None => engine.execute(&self.block, place, motions),
             };
@@ -178,7 +199,7 @@ impl<'a> Run<'a> {
                 Ok(())
             }
             Flow::Statement => self.statement_of_main(&block, place),
-            flow => self.follow(flow, &block, place),
+            flow => self.follow(flow, &block, place, motions),
         }
     }
 
@@ -188,31 +209,35 @@ impl<'a> Run<'a> {
         let at = frame.next;
         frame.next += 1;
         let Some((block, line, text)) = body.get(at) else {
-            self.end_of_frame();
-            return Ok(());
+            return self.end_of_frame();
         };
-        let calls = std::mem::take(&mut self.calls);
+        let calls = Rc::clone(&self.calls);
         let place = Place { line, text, calls: &calls, file: body.file_name.as_deref() };
         if block.statement().is_some() {
-            self.calls.clone_from(&calls);
             self.engine.blocks += 1;
+            self.engine.executor.line = line;
             let result = self.statement(&body, at, block, place);
             self.engine.report(place, true);
             return result;
         }
         let flow = self.engine.execute(block, place, motions);
         self.engine.report(place, true);
-        if flow == Flow::Next {
-            self.calls = calls;
-            return Ok(());
-        }
-        self.calls.clone_from(&calls);
-        self.follow(flow, block, place)
+        self.follow(flow, block, place, motions)
     }
 
     /// Goes where a block leads.
-    fn follow(&mut self, flow: Flow, block: &Block, place: Place<'_>) -> io::Result<()> {
+    fn follow(
+        &mut self,
+        flow: Flow,
+        block: &Block,
+        place: Place<'_>,
+        motions: &mut Vec<Motion>,
+    ) -> io::Result<()> {
         match flow {
+            Flow::Turn(turn) => self.turn(turn, block, place)?,
+            Flow::Stock { stock, first, last } => {
+                self.stock((stock, first, last), block, place, motions)?;
+            }
             Flow::Next | Flow::Statement | Flow::Unreadable => {}
             Flow::End => self.end = End::Word,
             Flow::Alarm => self.end = End::GivenUp,
@@ -225,7 +250,7 @@ impl<'a> Run<'a> {
             Flow::Return(target) => self.return_to(target, block, place)?,
             Flow::Call { number, repeats } => {
                 // `P51000` without L: the last four digits are the program, the others say how often.
-                let is_joined = self.dialect == Dialect::Fanuc
+                let is_joined = self.dialect.is_fanuc()
                     && number > 9999
                     && !block.has(b'L')
                     && block.call.is_none();
@@ -243,7 +268,7 @@ impl<'a> Run<'a> {
     }
 
     /// Goes on behind what has come to its end.
-    fn end_of_frame(&mut self) {
+    fn end_of_frame(&mut self) -> io::Result<()> {
         match self.frames.last().map(|frame| frame.kind) {
             Some(FrameKind::Section) => {
                 self.frames.pop();
@@ -251,20 +276,44 @@ impl<'a> Run<'a> {
             Some(FrameKind::Main) => {
                 self.end = if self.rest_in_program { End::NextProgram } else { End::Text };
                 if !self.block.percent {
-                    self.missing_end();
+                    return self.missing_end(self.rest_in_program);
                 }
             }
             Some(FrameKind::Call { .. }) | None => self.leave(),
         }
+        Ok(())
     }
 
-    /// Warns of a main program without an end, unless it has no block at all.
-    fn missing_end(&mut self) {
-        if self.engine.blocks > 0 {
-            let message = "the program ends without M2, M30 or a closing %";
-            let place = Place { line: self.lines.number(), text: b"", calls: &[], file: None };
-            let fault = Fault::new(&rules::MISSING_END, 0, 1, message);
+    /// Warns of a main program without an end, unless it has no block at all; `is_over`: the line
+    /// read last is no part of it any more.
+    fn missing_end(&mut self, is_over: bool) -> io::Result<()> {
+        // What is run a second time has been warned of.
+        if self.engine.blocks > 0 && self.engine.travel.is_some() {
+            let (number, text) = self.last_line(is_over)?;
+            let message = "the program ends here, without M2, M30 or a closing %";
+            let place = Place { line: number, text: &text, calls: &[], file: None };
+            let fault = Fault::new(&rules::MISSING_END, 0, text.len() as u32, message);
             self.engine.findings.add(fault.help("end it by a block of M30"), place);
         }
+        Ok(())
+    }
+
+    /// The last line up to where the text has been read that is not blank, and its number;
+    /// `is_over`: without the line read last.
+    fn last_line(&self, is_over: bool) -> io::Result<(u32, Vec<u8>)> {
+        let end = self.lines.offset();
+        let begin = end.saturating_sub(LINE_BYTES_MAX as u64);
+        let mut lines = Lines::new(self.source.reader(begin).take(end - begin), begin, 1);
+        let mut found = [(0, Vec::new()), (0, Vec::new())];
+        while let Some(line) = lines.next_line()? {
+            if !line.bytes.trim_ascii().is_empty() {
+                found.swap(0, 1);
+                found[1] = (line.number, line.bytes.trim_ascii_end().to_vec());
+            }
+        }
+        let behind = lines.number();
+        let [before, last] = found;
+        let (number, text) = if is_over { before } else { last };
+        Ok((self.lines.number().saturating_sub(behind - number).max(1), text))
     }
 }

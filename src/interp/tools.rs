@@ -5,7 +5,7 @@
 //! 1,12.5,6,end mill
 //! ```
 //!
-//! Lengths are mm in both. Wear, orientation and pockets mean nothing to a path and are passed
+//! Lengths are mm in both. Wear and pockets mean nothing to a path and are passed
 //! over; a column or word that is unknown is an error.
 
 use std::collections::BTreeMap;
@@ -20,10 +20,12 @@ pub struct Tool {
     pub offset_mm: Point,
     /// Diameter, for cutter compensation.
     pub diameter_mm: f64,
+    /// Where the tip of a lathe tool points to, 1 to 8 (LinuxCNC); 0 and 9: no lathe tool's.
+    pub orientation: u32,
 }
 
 impl Tool {
-    const NONE: Tool = Tool { offset_mm: Point::ZERO, diameter_mm: 0.0 };
+    const NONE: Tool = Tool { offset_mm: Point::ZERO, diameter_mm: 0.0, orientation: 0 };
 }
 
 /// A tool table.
@@ -90,8 +92,8 @@ fn is_comment(line: &str) -> bool {
     line.starts_with([';', '#'])
 }
 
-/// Words of LinuxCNC's table that say nothing of the path: pocket, lathe angles, orientation.
-const WORDS_PASSED_OVER: &[u8] = b"PIJQ";
+/// Words of LinuxCNC's table that say nothing of the path: pocket, lathe angles.
+const WORDS_PASSED_OVER: &[u8] = b"PIJ";
 
 fn parse_words(text: &str) -> Result<Tools, ToolsError> {
     let mut tools = Tools::default();
@@ -108,6 +110,7 @@ fn parse_words(text: &str) -> Result<Tools, ToolsError> {
             match (letter, Axis::from_letter(letter)) {
                 (b'T', _) => number = Some(tool_number(value).map_err(fault)?),
                 (b'D', _) => tool.diameter_mm = length_mm(value).map_err(fault)?,
+                (b'Q', _) => tool.orientation = orientation(value).map_err(fault)?,
                 (_, Some(axis)) => tool.offset_mm[axis] = length_mm(value).map_err(fault)?,
                 _ if WORDS_PASSED_OVER.contains(&letter) => {}
                 _ => return Err(fault(format!("'{word}' is no word of a tool table"))),
@@ -128,6 +131,7 @@ enum Column {
     Offset(Axis),
     Diameter,
     Radius,
+    Orientation,
     PassedOver,
 }
 
@@ -137,6 +141,7 @@ fn column(name: &str) -> Option<Column> {
         "length" => Column::Offset(Axis::Z),
         "diameter" | "d" => Column::Diameter,
         "radius" => Column::Radius,
+        "orientation" | "q" => Column::Orientation,
         "pocket" | "name" | "comment" | "description" => Column::PassedOver,
         _ => match name.as_bytes() {
             [letter] => Column::Offset(Axis::from_letter(letter.to_ascii_uppercase())?),
@@ -160,8 +165,8 @@ fn parse_csv(text: &str) -> Result<Tools, ToolsError> {
         columns.push(known.ok_or_else(|| ToolsError {
             line: 1,
             reason: format!(
-                "'{name}' is no column of a tool table; expected tool, length, diameter, name, \
-                 or an axis"
+                "'{name}' is no column of a tool table; expected tool, length, diameter, \
+                 orientation, name, or an axis"
             ),
         })?);
     }
@@ -179,6 +184,7 @@ fn parse_csv(text: &str) -> Result<Tools, ToolsError> {
                 Column::Offset(axis) => tool.offset_mm[*axis] = length_mm(value).map_err(fault)?,
                 Column::Diameter => tool.diameter_mm = length_mm(value).map_err(fault)?,
                 Column::Radius => tool.diameter_mm = 2.0 * length_mm(value).map_err(fault)?,
+                Column::Orientation => tool.orientation = orientation(value).map_err(fault)?,
             }
         }
         let number = number.ok_or_else(|| fault("there is no column 'tool'".to_owned()))?;
@@ -190,6 +196,11 @@ fn parse_csv(text: &str) -> Result<Tools, ToolsError> {
 fn tool_number(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|number| *number <= 99_999);
     number.ok_or_else(|| format!("'{text}' is no tool number: a whole number from 0 to 99999"))
+}
+
+fn orientation(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|number| *number <= 9);
+    number.ok_or_else(|| format!("'{text}' is no orientation of a lathe tool: 0 to 9"))
 }
 
 fn length_mm(text: &str) -> Result<f64, String> {
@@ -228,6 +239,7 @@ mod tests {
             ("T1 Z1\nZ2\n", 2),
             ("T1 Z1\nT2 E5\n", 2),
             ("T1 Znan\n", 1),
+            ("T1 Q10\n", 1),
         ] {
             assert_eq!(Tools::parse(text).unwrap_err().line, line, "{text}");
         }

@@ -1,14 +1,15 @@
 //! How far a program reaches, and whether the machine does.
 //!
 //! A program that leaves the travel usually does so in many blocks: each axis and side is reported
-//! once, at the block that goes furthest, with the count.
+//! once, at the block that goes furthest, with the count, and with how far the part may be shifted
+//! to fit. What is named in machine coordinates (G53, G28, G30) does not shift with it.
 
 use crate::base::machine::POSITION_MOST;
 use crate::base::{Axis, AxisMap, AxisSet, Machine, Point};
 use crate::gcode::{Block, Fault, rules};
 
-use super::arc::bounds_mm;
-use super::findings::{Findings, Place};
+use super::arc::{bounds_mm, distance};
+use super::findings::{Findings, Kept, Place};
 use super::motion::{Move, MoveKind};
 
 /// What rounding may add to a position: far below a step, far above the error of a sum.
@@ -20,9 +21,46 @@ pub(super) struct Travel {
     axes: Vec<Axis>,
     /// The travel; where there is none, the positions that can be told apart in steps.
     limits_mm: AxisMap<[f64; 2]>,
-    extents_mm: AxisMap<[f64; 2]>,
+    /// The limits, and by how much rounding may leave them.
+    allowed_mm: Bounds,
+    /// Reached by what shifts with the part, and by what is named in machine coordinates.
+    part_mm: Bounds,
+    fixed_mm: Bounds,
+    /// Axes that stand where machine coordinates have led them.
+    fixed: AxisSet,
     breaches: Vec<Breach>,
     any: bool,
+}
+
+/// Least and greatest positions: two points, so that a move is held against them in a few
+/// instructions for all axes.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    least: Point,
+    greatest: Point,
+}
+
+impl Bounds {
+    /// Of nothing.
+    fn nowhere() -> Bounds {
+        Bounds {
+            least: AxisMap::from_fn(|_| f64::INFINITY),
+            greatest: AxisMap::from_fn(|_| f64::NEG_INFINITY),
+        }
+    }
+
+    fn contain(&self, axis: Axis, [least, greatest]: [f64; 2]) -> bool {
+        least >= self.least[axis] && greatest <= self.greatest[axis]
+    }
+
+    fn extend(&mut self, axis: Axis, [least, greatest]: [f64; 2]) {
+        self.least[axis] = self.least[axis].min(least);
+        self.greatest[axis] = self.greatest[axis].max(greatest);
+    }
+
+    fn of(&self, axis: Axis) -> [f64; 2] {
+        [self.least[axis], self.greatest[axis]]
+    }
 }
 
 /// One axis beyond one end of its travel.
@@ -34,11 +72,9 @@ struct Breach {
     blocks: u64,
     first_line: u32,
     last_line: u32,
-    line: u32,
-    text: Vec<u8>,
-    calls: Vec<u32>,
-    file: Option<String>,
-    span: (u32, u32),
+    /// Whether machine coordinates have led to the furthest position.
+    is_fixed: bool,
+    kept: Kept,
 }
 
 impl Travel {
@@ -48,12 +84,35 @@ impl Travel {
             let travel_mm = machine.axis(axis).and_then(|profile| profile.travel_mm);
             travel_mm.filter(|_| !ignore_limits).unwrap_or(everywhere)
         };
+        let limits_mm = AxisMap::from_fn(limit);
         Travel {
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
-            limits_mm: AxisMap::from_fn(limit),
-            extents_mm: AxisMap::from_fn(|_| [f64::INFINITY, f64::NEG_INFINITY]),
+            limits_mm,
+            allowed_mm: Bounds {
+                least: AxisMap::from_fn(|axis| limits_mm[axis][0] - ROUNDING_MM),
+                greatest: AxisMap::from_fn(|axis| limits_mm[axis][1] + ROUNDING_MM),
+            },
+            part_mm: Bounds::nowhere(),
+            fixed_mm: Bounds::nowhere(),
+            fixed: AxisSet::EMPTY,
             breaches: Vec::new(),
             any: false,
+        }
+    }
+
+    /// Tells what the next move is named in: machine coordinates, or those of the part, in
+    /// absolute words or not.
+    pub fn named_in(&mut self, step: &Move, is_machine: bool, is_absolute: bool) {
+        if !is_machine && self.fixed.is_empty() {
+            return;
+        }
+        let axes = Axis::ALL.into_iter().filter(|axis| step.to[*axis] != step.from[*axis]);
+        for axis in axes {
+            if is_machine {
+                self.fixed.insert(axis);
+            } else if is_absolute {
+                self.fixed.remove(axis);
+            }
         }
     }
 
@@ -67,32 +126,63 @@ impl Travel {
         if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
             let axes = plane.axes();
             let ends = [step.from, step.to].map(|point| axes.map(|axis| point[axis]));
+            let radius_mm = distance(ends[0], center_mm).max(distance(ends[1], center_mm));
+            let adds_nothing = |(axis, center): (Axis, f64)| {
+                let circle = [center - radius_mm, center + radius_mm];
+                !self.fixed.contains(axis)
+                    && self.part_mm.contain(axis, circle)
+                    && self.allowed_mm.contain(axis, circle)
+            };
+            if axes.into_iter().zip(center_mm).all(adds_nothing) {
+                return;
+            }
             let bounds = bounds_mm(ends[0], ends[1], center_mm, ccw, turns);
             for (axis, reach) in axes.into_iter().zip(bounds) {
+                self.reach(axis, reach, block, place, open);
+            }
+        }
+        if let MoveKind::Spline { curve, .. } = &step.kind {
+            for (axis, reach) in Axis::LINEAR.into_iter().zip(curve.bounds_mm()) {
                 self.reach(axis, reach, block, place, open);
             }
         }
     }
 
     fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
+        if !self.fixed.is_empty() {
+            return self.each_axis(point, block, place, open);
+        }
+        let mut is_beyond = false;
+        let Bounds { least, greatest } = &mut self.part_mm;
+        for (i, at) in point.0.into_iter().enumerate() {
+            least.0[i] = if at < least.0[i] { at } else { least.0[i] };
+            greatest.0[i] = if at > greatest.0[i] { at } else { greatest.0[i] };
+            is_beyond |= (at < self.allowed_mm.least.0[i]) | (at > self.allowed_mm.greatest.0[i]);
+        }
+        if is_beyond {
+            self.each_axis(point, block, place, open);
+        }
+    }
+
+    fn each_axis(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
         for i in 0..self.axes.len() {
             let axis = self.axes[i];
             self.reach(axis, [point[axis]; 2], block, place, open);
         }
     }
 
-    #[inline]
     fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, open: AxisSet) {
-        let extent = &mut self.extents_mm[axis];
-        *extent = [extent[0].min(at[0]), extent[1].max(at[1])];
-        let [least, greatest] = self.limits_mm[axis];
-        if !open.contains(axis) && (at[0] < least - ROUNDING_MM || at[1] > greatest + ROUNDING_MM) {
-            if at[0] < least - ROUNDING_MM {
-                self.breach(axis, false, at[0], block, place);
-            }
-            if at[1] > greatest + ROUNDING_MM {
-                self.breach(axis, true, at[1], block, place);
-            }
+        let is_fixed = self.fixed.contains(axis);
+        let reached = if is_fixed { &mut self.fixed_mm } else { &mut self.part_mm };
+        reached.extend(axis, at);
+        if open.contains(axis) {
+            return;
+        }
+        if at[0] < self.allowed_mm.least[axis] {
+            self.breach(axis, false, at[0], block, place);
+        }
+        if at[1] > self.allowed_mm.greatest[axis] {
+            self.breach(axis, true, at[1], block, place);
         }
     }
 
@@ -118,27 +208,16 @@ impl Travel {
                     blocks: 1,
                     first_line: place.line,
                     last_line: place.line,
-                    line: 0,
-                    text: Vec::new(),
-                    calls: Vec::new(),
-                    file: None,
-                    span: (0, 0),
+                    is_fixed: false,
+                    kept: Kept::default(),
                 });
                 let Some(breach) = self.breaches.last_mut() else { return };
                 breach
             }
         };
         breach.reach_mm = reach_mm;
-        breach.line = place.line;
-        breach.text.clear();
-        breach.text.extend_from_slice(place.text);
-        breach.calls.clear();
-        breach.calls.extend_from_slice(place.calls);
-        breach.file = place.file.map(str::to_owned);
-        breach.span = match block.word(axis.letter() as u8) {
-            Some(word) => (word.start, word.end),
-            None => block.extent(),
-        };
+        breach.is_fixed = self.fixed.contains(axis);
+        breach.kept.keep(axis, block, place);
     }
 
     /// Reports every breach of the travel.
@@ -164,18 +243,71 @@ impl Travel {
                     breach.blocks, breach.first_line
                 );
             }
-            let fault = Fault::new(rule, breach.span.0, breach.span.1, message)
-                .help("move the job's zero or start, or take a machine with more travel");
-            let file = breach.file.as_deref();
-            let place = Place { line: breach.line, text: &breach.text, calls: &breach.calls, file };
-            findings.add(fault, place);
+            let (start, end) = breach.kept.span;
+            let fault = Fault::new(rule, start, end, message).help(self.remedy(breach, unit));
+            findings.add(fault, breach.kept.place());
         }
+    }
+
+    /// What to do about an axis that leaves its travel.
+    fn remedy(&self, breach: &Breach, unit: &str) -> String {
+        let axis = breach.axis;
+        let [least, greatest] = self.shift_mm(axis);
+        let [low, high] = self.part_mm.of(axis);
+        if breach.is_fixed {
+            format!(
+                "{axis} is led there by machine coordinates (G53, G28, G30): shifting the part does not help"
+            )
+        } else if least > greatest {
+            format!(
+                "the part takes {:.3} {unit} of {axis}, {:.3} {unit} more than the travel: it does \
+                 not fit on this machine",
+                high - low,
+                least - greatest
+            )
+        } else {
+            let by = |shift: f64| format!("{shift:+.3}");
+            format!(
+                "shift the part (its work zero, or the start) by {axis} {} to {} {unit}, and it fits",
+                by(rounded_inwards(least, f64::ceil)),
+                by(rounded_inwards(greatest, f64::floor))
+            )
+        }
+    }
+
+    /// From where to where the part may be shifted.
+    fn shift_mm(&self, axis: Axis) -> [f64; 2] {
+        let ([least, greatest], [low, high]) = (self.limits_mm[axis], self.part_mm.of(axis));
+        [least - low, greatest - high]
+    }
+
+    /// How far the part may be shifted along each axis and still fit: the least and the greatest
+    /// shift, in mm or degrees. Where the least is greater, the part is larger than the travel, by the
+    /// difference. None where there is no travel, or nothing moves.
+    pub fn shifts_mm(&self, machine: &Machine) -> AxisMap<Option<[f64; 2]>> {
+        AxisMap::from_fn(|axis| {
+            let travel_mm = machine.axis(axis).and_then(|profile| profile.travel_mm);
+            let is_judged =
+                travel_mm == Some(self.limits_mm[axis]) && self.part_mm.least[axis].is_finite();
+            is_judged.then(|| self.shift_mm(axis))
+        })
     }
 
     /// Least and greatest position of each axis of the machine; none where nothing moved.
     pub fn extents_mm(&self, machine: &Machine) -> AxisMap<Option<[f64; 2]>> {
-        AxisMap::from_fn(|axis| {
-            (self.any && machine.axis(axis).is_some()).then_some(self.extents_mm[axis])
-        })
+        let all = |axis| {
+            let ([a, b], [c, d]) = (self.part_mm.of(axis), self.fixed_mm.of(axis));
+            [f64::min(a, c), f64::max(b, d)]
+        };
+        AxisMap::from_fn(|axis| (self.any && machine.axis(axis).is_some()).then(|| all(axis)))
     }
+}
+
+/// A shift in whole thousandths, on the safe side of one that rounding has made too long.
+fn rounded_inwards(shift: f64, round: impl Fn(f64) -> f64) -> f64 {
+    let thousandths = shift * 1000.0;
+    let nearest = thousandths.round();
+    // What is a whole number but for rounding stays one.
+    let whole = if (thousandths - nearest).abs() < 1e-3 { nearest } else { round(thousandths) };
+    whole / 1000.0 + 0.0
 }

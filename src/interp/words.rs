@@ -1,8 +1,9 @@
 //! Words by themselves: which can stand together, which are refused, what values they may have.
 
-use crate::gcode::codes::{Code, Op};
-use crate::gcode::{Block, Call, Fault, Word, letter_bit, rules};
+use crate::gcode::codes::{self, Code, Op};
+use crate::gcode::{Block, Call, Fault, Word, foreign, letter_bit, rules};
 
+use super::execute::MotionMode;
 use super::flow::Flow;
 
 /// Whether two codes of one group may stand in one block: mist and flood; and G80 with the motion
@@ -29,14 +30,65 @@ pub(super) fn conflict(rival: &Code, code: &Code, word: &Word) -> Fault {
 pub(super) fn unsupported(code: &Code, word: &Word) -> Fault {
     let message = format!("{} is not supported: {}", code.name(), code.meaning);
     let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-    fault.help(remedy(code))
+    fault.help("leave it out, or let the CAM program write for a control without it")
 }
 
-/// What to write instead of a code that is not supported.
-fn remedy(code: &Code) -> &'static str {
-    match (code.letter, code.tenths) {
-        (b'G', 50..=53 | 62) => "let the CAM program put out arcs and lines",
-        _ => "leave it out, or let the CAM program write for a control without it",
+/// A G or M word that no code is; what it is on other controls, where that is known.
+pub(super) fn unknown(word: &Word) -> Fault {
+    let fault = |message: String| Fault::word(&rules::UNKNOWN_WORD, word, message);
+    if let Some(row) = foreign::find(word.letter, word.value) {
+        let (control, meaning) = (row.control, row.meaning);
+        return fault(format!("{word} means nothing here; on {control}: {meaning}"))
+            .help(row.instead);
+    }
+    let message = format!("there is no {word} in any dialect known here");
+    let alike = codes::CODES.iter().filter(|code| {
+        code.letter == word.letter && f64::from(code.tenths / 10) == word.value.trunc()
+    });
+    let names: Vec<String> = alike.map(Code::name).collect();
+    if names.is_empty() {
+        return fault(message);
+    }
+    fault(message).help(format!("there is {}", listed(&names, "and")))
+}
+
+/// Whether a fault of the line's text takes in a word.
+pub(super) fn is_told(word: &Word, faults: &[Fault]) -> bool {
+    faults.iter().any(|fault| fault.start <= word.start && word.end <= fault.end)
+}
+
+/// An E word: an exponent, or the extruder of a printer.
+pub(super) fn exponent(word: &Word, block: &Block) -> Fault {
+    let is_exponent = block.words().iter().any(|other| other.end == word.start);
+    let fault = |message: String| Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+    if is_exponent {
+        let help = "numbers have no exponents: write all digits";
+        return fault(format!("{word} stands in a number")).help(help);
+    }
+    fault(format!("{word} means nothing here; on 3D printers: how far the extruder moves"))
+        .help("let the CAM program write for a machine tool")
+}
+
+/// A word that no code of its block and no mode in force makes use of.
+pub(super) fn unused(word: &Word, mode: MotionMode) -> Fault {
+    let in_force = mode.code().map_or_else(|| "no motion code".to_owned(), Code::name);
+    let message = format!("nothing in this block makes use of {word}: {in_force} is in force");
+    let fault = Fault::word(&rules::UNUSED_WORD, word, message);
+    let users = codes::CODES.iter().filter(|code| code.words & letter_bit(word.letter) != 0);
+    let names: Vec<String> = users.map(Code::name).collect();
+    if names.is_empty() {
+        return fault.help("leave it out");
+    }
+    let letter = char::from(word.letter);
+    fault.help(format!("{letter} goes with {}", listed(&names, "or")))
+}
+
+/// `G2, G3 or G81`.
+fn listed(names: &[String], last: &str) -> String {
+    match names.split_last() {
+        Some((end, [])) => end.clone(),
+        Some((end, others)) => format!("{} {last} {end}", others.join(", ")),
+        None => String::new(),
     }
 }
 
@@ -54,7 +106,16 @@ pub(super) fn machine_coordinates_alone(block: &Block, faults: &mut Vec<Fault>) 
 const WHOLE_WITHIN: f64 = 1e-4;
 
 /// The value of a word that has to be a whole number from 0 to `greatest`.
+#[inline]
 pub(super) fn whole(word: &Word, greatest: u32, faults: &mut Vec<Fault>) -> Option<u32> {
+    let exact = word.value as u32;
+    if f64::from(exact) == word.value && exact <= greatest {
+        return Some(exact);
+    }
+    nearly_whole(word, greatest, faults)
+}
+
+fn nearly_whole(word: &Word, greatest: u32, faults: &mut Vec<Fault>) -> Option<u32> {
     let nearest = word.value.round();
     if (word.value - nearest).abs() <= WHOLE_WITHIN
         && (0.0..=f64::from(greatest)).contains(&nearest)

@@ -1,13 +1,17 @@
 //! 3 Motion → Segment: the exact curve that a program means, in closed form.
 //!
-//! Arcs and helices stay what they are; nothing is chopped into chords. Moves that go nowhere are
+//! Arcs, helices and splines stay what they are; nothing is chopped into chords. Moves that go nowhere are
 //! left out. This stage knows no speed but the feed asked for, no steps and no ticks.
 
 mod rates;
 mod segment;
+mod spline;
 
 pub use rates::Rates;
-pub use segment::{Arc, AxisRate, Curve, PathItem, Segment};
+pub use segment::{Arc, Curve, PathItem, Segment};
+pub use spline::{MeasuredSpline, Span};
+
+use std::sync::Arc as Shared;
 
 use crate::interp::{FULL_CIRCLE_MM, Motion, Move, MoveKind};
 
@@ -24,17 +28,15 @@ pub fn segments<E>(
 
 /// The curve of a move; none for a move that goes nowhere.
 pub fn segment(step: &Move) -> Option<Segment> {
-    let (feed_mm_min, curve) = match step.kind {
-        MoveKind::Rapid => (None, Curve::Line),
-        MoveKind::Line { feed_mm_min } => (Some(feed_mm_min), Curve::Line),
-        MoveKind::Arc { feed_mm_min, .. } => (Some(feed_mm_min), Curve::Arc(arc(step)?)),
+    let curve = match &step.kind {
+        MoveKind::Rapid | MoveKind::Line { .. } if step.from == step.to => return None,
+        MoveKind::Rapid | MoveKind::Line { .. } => Curve::Line,
+        MoveKind::Arc { .. } => Curve::Arc(arc(step)?),
+        MoveKind::Spline { curve, .. } => Curve::Spline(Shared::new(MeasuredSpline::new(curve)?)),
     };
-    if curve == Curve::Line && step.from == step.to {
-        return None;
-    }
     Some(Segment {
         line: step.line,
-        feed_mm_s: feed_mm_min.map(|feed| feed / 60.0),
+        feed_mm_s: step.kind.feed_mm_min().map(|feed| feed / 60.0),
         from_mm: step.from,
         to_mm: step.to,
         curve,

@@ -1,8 +1,9 @@
 //! How position changes along a segment: the derivatives by the length that feed applies to.
 
 use crate::base::axis::AXES;
-use crate::base::Point;
+use crate::base::{Axis, AxisMap, Point};
 
+use super::spline::Span;
 use super::{Arc, Curve, Segment};
 
 /// Derivatives of the position by the length along the path, in machine coordinates.
@@ -15,7 +16,8 @@ pub struct Rates {
 }
 
 impl Segment {
-    /// The derivatives after a share of the way, from 0 to 1; zero on a segment without length.
+    /// The derivatives after a share of the way, from 0 to 1; zero on a segment without length. On a
+    /// spline those at the end of the span that the place lies in.
     pub fn rates_at(&self, share: f64) -> Rates {
         let mut rates = Rates::default();
         let length_mm = self.length_mm();
@@ -25,14 +27,45 @@ impl Segment {
         for i in 0..AXES {
             rates.tangent.0[i] = (self.to_mm.0[i] - self.from_mm.0[i]) / length_mm;
         }
-        if let Curve::Arc(arc) = &self.curve {
-            let [speed, bend] = arc.derivatives(share);
-            for (i, axis) in arc.plane.axes().into_iter().enumerate() {
-                rates.tangent[axis] = speed[i] / length_mm;
-                rates.bend_per_mm[axis] = bend[i] / (length_mm * length_mm);
+        match &self.curve {
+            Curve::Line => {}
+            Curve::Arc(arc) => {
+                let [speed, bend] = arc.derivatives(share);
+                for (i, axis) in arc.plane.axes().into_iter().enumerate() {
+                    rates.tangent[axis] = speed[i] / length_mm;
+                    rates.bend_per_mm[axis] = bend[i] / (length_mm * length_mm);
+                }
+            }
+            Curve::Spline(spline) => {
+                let spans = spline.spans();
+                let after = spans.partition_point(|span| span.start_mm < share * length_mm);
+                if let Some(span) = spans.get(after.saturating_sub(1)) {
+                    rates.follow(span, if share > 0.0 { 1 } else { 0 });
+                }
             }
         }
         rates
+    }
+}
+
+impl Rates {
+    /// Part of the way to others.
+    pub fn toward(&self, end: &Rates, share: f64) -> Rates {
+        let between = |from: &Point, to: &Point| {
+            AxisMap::from_fn(|axis| from[axis] + (to[axis] - from[axis]) * share)
+        };
+        Rates {
+            tangent: between(&self.tangent, &end.tangent),
+            bend_per_mm: between(&self.bend_per_mm, &end.bend_per_mm),
+        }
+    }
+
+    /// X, Y and Z go as a span of a spline does at its start (0) or end (1).
+    pub(crate) fn follow(&mut self, span: &Span, end: usize) {
+        for (i, axis) in Axis::LINEAR.into_iter().enumerate() {
+            self.tangent[axis] = span.tangents[end][i];
+            self.bend_per_mm[axis] = span.bends_per_mm[i];
+        }
     }
 }
 
@@ -57,7 +90,7 @@ impl Arc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::{Axis, Plane};
+    use crate::base::Plane;
     use crate::interp::Corner;
     use proptest::prelude::*;
 

@@ -44,14 +44,16 @@ impl Junction {
 
     /// Between two segments.
     pub fn between(before: &Segment, after: &Segment, machine: &Machine) -> Junction {
-        let [a, b] = [before.rates_at(1.0), after.rates_at(0.0)];
-        let turn_rad = angle(&a, &b);
-        if before.corner == Corner::Stop {
-            return Junction { turn_rad, ..Junction::REST };
-        }
-        let change = AxisMap::from_fn(|axis| (b.tangent[axis] - a.tangent[axis]).abs());
         let length_mm = 0.5 * (before.length_mm() + after.length_mm());
-        let mut junction = Junction { turn_rad, ..Junction::STRAIGHT };
+        let [a, b] = [before.rates_at(1.0), after.rates_at(0.0)];
+        let junction = Junction::at(&a, &b, length_mm, machine);
+        if before.corner == Corner::Stop { junction.stopped() } else { junction }
+    }
+
+    /// Where the derivatives change; between ways of this length, in the mean.
+    pub fn at(a: &Rates, b: &Rates, length_mm: f64, machine: &Machine) -> Junction {
+        let change = AxisMap::from_fn(|axis| (b.tangent[axis] - a.tangent[axis]).abs());
+        let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
         for profile in &machine.axes {
             let change = change[profile.axis];
             if change > STRAIGHT {
@@ -77,11 +79,7 @@ fn jump_mm_s(profile: &AxisProfile, machine: &Machine) -> f64 {
 fn angle(a: &Rates, b: &Rates) -> f64 {
     let [a, b] = [a, b].map(|rates| Axis::LINEAR.map(|axis| rates.tangent[axis]));
     let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-    let cross = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
+    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let turn_rad = dot(&cross, &cross).sqrt().atan2(dot(&a, &b));
     if turn_rad > STRAIGHT { turn_rad } else { 0.0 }
 }

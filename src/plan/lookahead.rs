@@ -21,9 +21,9 @@ use std::collections::VecDeque;
 
 use crate::base::{Event, Machine};
 
-use super::{Bound, Feed, SeamKind};
 use super::junction::Junction;
 use super::piece::Piece;
+use super::{Bound, Feed, SeamKind};
 
 /// An item on its way to the schedule.
 #[derive(Clone, Debug)]
@@ -239,7 +239,8 @@ impl LookAhead {
             }
             if first < newest {
                 span_mm += piece.length_mm;
-                if span_mm > piece.speed_sq_max().sqrt() * self.tick_s || junction.speed_sq_max == 0.0
+                if span_mm > piece.speed_sq_max().sqrt() * self.tick_s
+                    || junction.speed_sq_max == 0.0
                 {
                     break;
                 }

@@ -10,11 +10,12 @@
 
 use std::sync::Arc;
 
-use crate::base::machine::AxisProfile;
-use crate::base::Machine;
 use crate::base::axis::AXES;
-use crate::path::{Curve, Rates, Segment};
+use crate::base::machine::AxisProfile;
+use crate::base::{Axis, Machine};
+use crate::path::{Curve, Rates, Segment, Span};
 
+use super::junction::Junction;
 use super::{Bound, Ramp};
 
 /// How far a curve turns in a piece at most: 2.5 degrees.
@@ -69,53 +70,132 @@ struct Pull {
 }
 
 impl Piece {
-    /// Cuts a segment into pieces. Without ramps, all are run at the speed that the whole of it can
+    /// Cuts a segment into pieces, each with the junction at its start, for the first of which
+    /// there is `first`. Without ramps lines and arcs are run at the speed that the whole of them can
     /// be run at, whatever accelerations that takes.
     pub fn cut(
         segment: &Arc<Segment>,
         machine: &Machine,
         ramps: bool,
-        mut take: impl FnMut(Piece),
+        first: Junction,
+        mut take: impl FnMut(Piece, Junction),
     ) {
+        if let Curve::Spline(spline) = &segment.curve {
+            return Piece::cut_spline(segment, spline.spans(), machine, ramps, first, take);
+        }
         let length_mm = segment.length_mm();
         let mut whole = Piece::whole(segment, machine);
         if !ramps {
             whole.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
         }
-        let least = length_mm / whole.speed_sq_max().sqrt() / longest_s(machine);
+        let least = whole.least_count(machine);
         let turn_rad = match &segment.curve {
-            Curve::Line => 0.0,
-            Curve::Arc(arc) => arc.sweep_rad.abs(),
+            Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
+            Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
         };
-        let is_even = turn_rad == 0.0 || !ramps;
         // A curve in two at least, so that from rest to rest it has somewhere to be fast.
-        let count = if is_even { 1.0 } else { (turn_rad / TURN_MAX_RAD).max(2.0) };
+        let count = if turn_rad > 0.0 { (turn_rad / TURN_MAX_RAD).max(2.0) } else { 1.0 };
         let count = count.max(least).ceil() as u64;
         let length_mm = length_mm / count as f64;
-        let mut from = 0.0;
+        let (mut from, mut junction) = (0.0, first);
         let mut rates_from = segment.rates_at(from);
         for k in 1..=count {
             let to = k as f64 / count as f64;
             let shares = [from, to];
             from = to;
-            if is_even {
-                take(Piece { shares, length_mm, ..whole.clone() });
-            } else {
+            let piece = if turn_rad > 0.0 {
                 let rates_to = segment.rates_at(to);
-                take(Piece::bent(segment, shares, length_mm, [&rates_from, &rates_to], machine));
-                rates_from = rates_to;
-            }
+                let ends = [std::mem::replace(&mut rates_from, rates_to), rates_to];
+                Piece::bent(segment, shares, length_mm, &ends, machine)
+            } else {
+                Piece { shares, length_mm, ..whole.clone() }
+            };
+            take(piece, junction);
+            junction = Junction::STRAIGHT;
         }
+    }
+
+    /// A spline span by span: its corners and cusps lie between them.
+    fn cut_spline(
+        segment: &Arc<Segment>,
+        spans: &[Span],
+        machine: &Machine,
+        ramps: bool,
+        first: Junction,
+        mut take: impl FnMut(Piece, Junction),
+    ) {
+        let length_mm = segment.length_mm();
+        let mut rates = segment.rates_at(0.0);
+        let mut before: Option<Rates> = None;
+        for (number, span) in (1..).zip(spans) {
+            let junction = before.map_or(first, |before| {
+                rates.follow(span, 0);
+                Junction::at(&before, &rates, length_mm, machine)
+            });
+            let share = |at_mm: f64| at_mm / length_mm;
+            let is_last = number == spans.len();
+            let end = if is_last { 1.0 } else { share(span.start_mm + span.length_mm) };
+            let shares = [share(span.start_mm), end];
+            let ends = [0, 1].map(|end| {
+                rates.follow(span, end);
+                rates
+            });
+            before = Some(rates);
+            let mut piece = Piece::bent(segment, shares, span.length_mm, &ends, machine);
+            if !ramps {
+                piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+            }
+            // In two at least where it is the only one.
+            let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
+            piece.split(least, ends, machine, ramps, junction, &mut take);
+        }
+    }
+
+    /// Gives out a bent piece in equal parts, so many at least.
+    fn split(
+        self,
+        least: f64,
+        ends: [Rates; 2],
+        machine: &Machine,
+        ramps: bool,
+        first: Junction,
+        take: &mut impl FnMut(Piece, Junction),
+    ) {
+        let count = self.least_count(machine).max(least).ceil() as u64;
+        if count == 1 {
+            return take(self, first);
+        }
+        let (length_mm, mut junction) = (self.length_mm / count as f64, first);
+        let at = |k: u64| k as f64 / count as f64;
+        let share = |k: u64| match k {
+            k if k == count => self.shares[1],
+            k => self.shares[0] + (self.shares[1] - self.shares[0]) * at(k),
+        };
+        for k in 0..count {
+            let part = [k, k + 1].map(|k| ends[0].toward(&ends[1], at(k)));
+            let shares = [share(k), share(k + 1)];
+            let mut piece = Piece::bent(&self.segment, shares, length_mm, &part, machine);
+            if !ramps {
+                piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+            }
+            take(piece, junction);
+            junction = Junction::STRAIGHT;
+        }
+    }
+
+    /// In how many pieces it has to be cut, so that none takes longer than [`longest_s`].
+    fn least_count(&self, machine: &Machine) -> f64 {
+        self.length_mm / self.speed_sq_max().sqrt() / longest_s(machine)
     }
 
     /// A segment as one piece, with the speed that all of it can be run at and, on a line, the
     /// acceleration.
     fn whole(segment: &Arc<Segment>, machine: &Machine) -> Piece {
         let mut piece = Piece::at_feed(segment, [0.0, 1.0], segment.length_mm());
-        let rates = segment.axis_rates();
+        let speeds = segment.axis_speeds();
         let mut accel_mm_s2 = f64::INFINITY;
         for profile in &machine.axes {
-            let rate = rates[profile.axis].speed;
+            let rate = speeds[profile.axis];
             if rate > 0.0 {
                 piece.hold_speed(profile, [rate; 2], machine);
                 accel_mm_s2 = accel_mm_s2.min(profile.accel_max_mm_s2 / rate);
@@ -130,7 +210,7 @@ impl Piece {
         segment: &Arc<Segment>,
         shares: [f64; 2],
         length_mm: f64,
-        ends: [&Rates; 2],
+        ends: &[Rates; 2],
         machine: &Machine,
     ) -> Piece {
         let mut piece = Piece::at_feed(segment, shares, length_mm);
@@ -138,8 +218,8 @@ impl Piece {
         let mut holds = [(0.0_f64, 0.0_f64, 0.0_f64); AXES];
         for profile in &machine.axes {
             let axis = profile.axis;
-            let [t0, t1] = ends.map(|rates| rates.tangent[axis] * INSIDE);
-            let [b0, b1] = ends.map(|rates| rates.bend_per_mm[axis] * INSIDE);
+            let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
+            let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
             if t0 == 0.0 && t1 == 0.0 && b0 == 0.0 && b1 == 0.0 {
                 continue;
             }
@@ -151,7 +231,10 @@ impl Piece {
             pulls.push(Pull { from: -t1 * along / limit, to: (b1 + t1 * along) / limit });
             holds[axis as usize] = (limit, b0.abs().max(b1.abs()), t0.abs().max(t1.abs()));
         }
-        piece.hold_chord(machine);
+        match &segment.curve {
+            Curve::Line | Curve::Arc(_) => piece.hold_chord(machine),
+            Curve::Spline(_) => piece.hold_sagitta(ends, machine),
+        }
         let fastest_sq = piece.ends_sq_max[0].max(piece.ends_sq_max[1]);
         let left = |(limit, bend, rate): (f64, f64, f64)| {
             if rate > 0.0 { (limit - bend * fastest_sq) / rate } else { f64::INFINITY }
@@ -197,6 +280,17 @@ impl Piece {
         }
     }
 
+    /// The same for a bend: the sagitta over a way w is w²/8 of it.
+    fn hold_sagitta(&mut self, ends: &[Rates; 2], machine: &Machine) {
+        let tick_s = machine.bus.tick_s();
+        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+        let squares = ends.each_ref().map(|rates| {
+            let bend = Axis::LINEAR.map(|axis| rates.bend_per_mm[axis].powi(2));
+            8.0 * off_mm / bend.iter().sum::<f64>().sqrt() / (tick_s * tick_s)
+        });
+        self.hold_ends(squares, Bound::Chord);
+    }
+
     /// Takes a limit on the square of the speed, where it is a tighter one.
     pub fn bounded_by(&mut self, speed_sq: f64, bound: Bound) {
         self.hold_ends([speed_sq; 2], bound);
@@ -221,7 +315,9 @@ impl Piece {
     pub fn entry_sq_max(&self, exit_sq: f64) -> f64 {
         let reach = match &self.grip {
             Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
-            Grip::Bent { pulls, .. } => most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq),
+            Grip::Bent { pulls, .. } => {
+                most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq)
+            }
         };
         reach.min(self.ends_sq_max[0])
     }
@@ -230,7 +326,9 @@ impl Piece {
     pub fn exit_sq_max(&self, entry_sq: f64) -> f64 {
         let reach = match &self.grip {
             Grip::Straight { accel_mm_s2 } => entry_sq + 2.0 * accel_mm_s2 * self.length_mm,
-            Grip::Bent { pulls, .. } => most(pulls.iter().map(|pull| (pull.to, pull.from)), entry_sq),
+            Grip::Bent { pulls, .. } => {
+                most(pulls.iter().map(|pull| (pull.to, pull.from)), entry_sq)
+            }
         };
         reach.min(self.ends_sq_max[1])
     }
@@ -273,9 +371,7 @@ impl Piece {
 /// of one, so that there are places inside long segments where a buffer can end.
 fn longest_s(machine: &Machine) -> f64 {
     let ticks_max = machine.bus.motion_ticks_max();
-    ticks_max.map_or(f64::INFINITY, |max| {
-        f64::from(max) * machine.bus.tick_s() / PIECES_A_BUFFER
-    })
+    ticks_max.map_or(f64::INFINITY, |max| f64::from(max) * machine.bus.tick_s() / PIECES_A_BUFFER)
 }
 
 /// The greatest value whose product with the first factor, added to the given one's with the

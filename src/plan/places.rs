@@ -14,7 +14,7 @@
 
 use std::collections::VecDeque;
 
-use crate::base::{AxisSet, Machine};
+use crate::base::{Axis, AxisSet, Machine};
 use crate::path::{Curve, Segment};
 
 use super::Feed;
@@ -298,10 +298,14 @@ impl Places {
 /// The axes that move along a segment.
 fn moving(segment: &Segment) -> AxisSet {
     let ends = segment.from_mm.0.iter().zip(segment.to_mm.0);
-    let axes = crate::base::Axis::ALL.into_iter().zip(ends);
+    let axes = Axis::ALL.into_iter().zip(ends);
     let straight: AxisSet = axes.filter(|(_, (from, to))| **from != *to).map(|(a, _)| a).collect();
     match &segment.curve {
         Curve::Line => straight,
+        Curve::Spline(spline) => {
+            let xyz = Axis::LINEAR.into_iter().zip(spline.axis_speeds());
+            straight.union(xyz.filter(|(_, speed)| *speed > 0.0).map(|(axis, _)| axis).collect())
+        }
         Curve::Arc(arc) => straight.union(arc.plane.axes().into_iter().collect()),
     }
 }

@@ -40,10 +40,8 @@ impl Ramp {
         let peak_sq = 0.5 * (entry_sq + exit_sq) + accel_mm_s2 * length_mm;
         let peak_mm_s = peak_sq.sqrt().min(speed_max_mm_s).max(entry_mm_s).max(exit_mm_s);
         let [up_s, down_s] = [entry_mm_s, exit_mm_s].map(|end| (peak_mm_s - end) / accel_mm_s2);
-        let [up_mm, down_mm] = [
-            0.5 * (entry_mm_s + peak_mm_s) * up_s,
-            0.5 * (peak_mm_s + exit_mm_s) * down_s,
-        ];
+        let [up_mm, down_mm] =
+            [0.5 * (entry_mm_s + peak_mm_s) * up_s, 0.5 * (peak_mm_s + exit_mm_s) * down_s];
         let cruise_mm = (length_mm - up_mm - down_mm).max(0.0);
         let down_start_s = up_s + cruise_mm / peak_mm_s;
         Ramp {

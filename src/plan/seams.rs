@@ -16,8 +16,8 @@
 
 use std::collections::VecDeque;
 
-use crate::base::machine::Bus;
 use crate::base::Machine;
+use crate::base::machine::Bus;
 use crate::path::PathItem;
 
 use super::Feed;
@@ -69,6 +69,9 @@ impl SeamKind {
 }
 
 impl Seams {
+    /// No seam: for machines without node buffers, and jobs that fit into one.
+    pub const NONE: &'static Seams = &Seams(Vec::new());
+
     /// What the nth seam interrupts, if it lies at this place.
     pub fn at(&self, n: usize, segment: u64, share: f64) -> Option<SeamKind> {
         let is_here = |seam: &&Seam| seam.segment == segment && seam.share == share;
@@ -91,8 +94,7 @@ pub fn place<E>(
     feed: Feed,
 ) -> Result<Seams, E> {
     let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(Seams::default()) };
-    let none = Seams::default();
-    let mut cutter = Cutter::new(machine, feed, &none);
+    let mut cutter = Cutter::new(machine, feed, Seams::NONE);
     let mut ahead = LookAhead::new(machine, feed);
     let mut places = Places::new(machine, feed);
     let mut choice = Choice::new(machine, f64::from(ticks_max));

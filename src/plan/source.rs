@@ -55,7 +55,7 @@ impl<'a> Cutter<'a> {
         }
         let index = self.index;
         self.index += 1;
-        let mut junction = match self.before.take() {
+        let junction = match self.before.take() {
             Some(before) if self.feed == Feed::LookAhead => {
                 Junction::between(&before, &segment, self.machine)
             }
@@ -64,17 +64,19 @@ impl<'a> Cutter<'a> {
         };
         let ramps = self.feed != Feed::Constant;
         let (ready, seams, next_seam) = (&mut self.ready, self.seams, &mut self.next_seam);
-        Piece::cut(&segment, self.machine, ramps, |piece| {
+        let mut is_at_seam = false;
+        Piece::cut(&segment, self.machine, ramps, junction, |piece, junction| {
             let end = piece.shares[1];
+            let junction = if is_at_seam { Junction::REST } else { junction };
             ready.push_back(Ahead::Piece { piece, junction });
-            junction = Junction::STRAIGHT;
-            if let Some(kind) = seams.at(*next_seam, index, end) {
+            let seam = seams.at(*next_seam, index, end);
+            is_at_seam = seam.is_some();
+            if let Some(kind) = seam {
                 *next_seam += 1;
                 ready.push_back(Ahead::Seam(kind));
-                junction = Junction::REST;
             }
         });
-        if junction != Junction::REST {
+        if !is_at_seam {
             self.before = Some(segment);
         }
     }

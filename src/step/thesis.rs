@@ -5,7 +5,7 @@
 //! of step, and the clamp at 127 bends fast moves. Never what a machine should be sent.
 //!
 //! Where the listing divides by zero (a speed that rounds to no count at all) one count a tick is
-//! taken. Arcs are run as chords of one tick (eq. 6.1 and 6.2) by the rotation of eq. 6.8.
+//! taken. Arcs, and splines likewise, are run as chords of one tick (eq. 6.1 and 6.2) by the rotation of eq. 6.8.
 
 use crate::base::{Axis, AxisMap, Command, Machine, Tick};
 use crate::path::{Curve, PathItem, Segment};
@@ -59,7 +59,7 @@ fn segment_counts(segment: &Segment, machine: &Machine) -> Vec<AxisMap<i32>> {
         (Some(feed_mm_s), Curve::Line) => {
             add_move(&mut counts, &change(segment, 0.0, 1.0), feed_mm_s, machine);
         }
-        (Some(feed_mm_s), Curve::Arc(_)) => {
+        (Some(feed_mm_s), Curve::Arc(_) | Curve::Spline(_)) => {
             let ticks = segment.length_mm() / feed_mm_s / (f64::from(TICK_US) * 1e-6);
             let chords = ticks.trunc().max(1.0);
             let mut k = 0.0;

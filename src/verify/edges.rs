@@ -1,7 +1,10 @@
 //! Segment → Edge: the path in X, Y and Z as straight pieces. A line is one; of an arc or helix,
-//! chords are taken from the closed form that lie nearer to it than is ever asked for.
+//! chords are taken from the closed form that lie nearer to it than is ever asked for. A spline is
+//! halved until its control points lie as near to their chord, and in order along it: then so does
+//! the curve, and the chord can be walked beside it. Its length is not asked for.
 
 use super::{Cause, VerifyError};
+use crate::base::spline::Bezier;
 use crate::base::{Axis, Machine, Point};
 use crate::path::{Curve, PathItem, Segment};
 
@@ -30,13 +33,28 @@ pub struct Edge {
     pub length_mm: f64,
 }
 
+/// What is left of a segment.
+#[derive(Debug)]
+struct Cut {
+    segment: Segment,
+    rest: Rest,
+}
+
+#[derive(Debug)]
+enum Rest {
+    /// Into how many chords it is cut, and how many have been given.
+    Chords { count: u64, given: u64 },
+    /// The pieces of a spline, the next one last.
+    Pieces(Vec<Bezier>),
+}
+
 /// The edges of a path, read as they are asked for.
 pub struct Edges<P: Iterator> {
     path: std::iter::Fuse<P>,
     linear: [Option<Axis>; 3],
     sagitta_mm: f64,
-    /// The segment that is being cut, into how many chords, and how many have been given.
-    current: Option<(Segment, u64, u64)>,
+    /// The segment that is being cut.
+    current: Option<Cut>,
     at: Vector,
     length_mm: f64,
     any: bool,
@@ -72,17 +90,21 @@ where
                         self.at = vector(&segment.from_mm, &self.linear);
                         self.any = true;
                     }
-                    let chords = chords(&segment, self.sagitta_mm);
-                    self.current = Some((segment, chords, 0));
+                    let rest = match &segment.curve {
+                        Curve::Spline(spline) => {
+                            Rest::Pieces(spline.pieces().iter().rev().copied().collect())
+                        }
+                        _ => Rest::Chords { count: chords(&segment, self.sagitta_mm), given: 0 },
+                    };
+                    self.current = Some(Cut { segment, rest });
                 }
             }
         }
-        let Some((segment, chords, given)) = &mut self.current else { return Ok(None) };
-        *given += 1;
-        let to = segment.point_at(*given as f64 / *chords as f64);
-        let (line, feed) = (segment.line, segment.feed_mm_s.unwrap_or(f64::INFINITY));
-        if given == chords {
-            self.current = None;
+        let Some(mut cut) = self.current.take() else { return Ok(None) };
+        let (line, feed) = (cut.segment.line, cut.segment.feed_mm_s.unwrap_or(f64::INFINITY));
+        let (to, is_last) = cut.next(self.sagitta_mm);
+        if !is_last {
+            self.current = Some(cut);
         }
         let to = vector(&to, &self.linear);
         Ok(Some(self.edge_to(to, line, feed)))
@@ -96,6 +118,64 @@ where
         self.length_mm += length_mm;
         edge
     }
+}
+
+impl Cut {
+    /// The end of the next edge, and whether it is the last.
+    fn next(&mut self, sagitta_mm: f64) -> (Point, bool) {
+        match &mut self.rest {
+            Rest::Chords { count, given } => {
+                *given += 1;
+                (self.segment.point_at(*given as f64 / *count as f64), given == count)
+            }
+            Rest::Pieces(pieces) => {
+                let mut to = self.segment.to_mm;
+                if let Some(piece) = next_flat(pieces, sagitta_mm).filter(|_| !pieces.is_empty()) {
+                    Axis::LINEAR.into_iter().zip(piece.end()).for_each(|(axis, at)| to[axis] = at);
+                }
+                (to, pieces.is_empty())
+            }
+        }
+    }
+}
+
+/// Takes the next piece, halved until it is flat.
+fn next_flat(pieces: &mut Vec<Bezier>, sagitta_mm: f64) -> Option<Bezier> {
+    let mut piece = pieces.pop()?;
+    while !is_flat(&piece, sagitta_mm) {
+        let [first, second] = piece.halves();
+        pieces.push(second);
+        piece = first;
+    }
+    Some(piece)
+}
+
+/// Whether the chord of a piece can be walked beside it within a distance: its control points lie
+/// as near to the chord, and none of them further back along it than the one before. Then no point
+/// of the curve goes back either, for its weights on the points only move on. A piece may also be
+/// as small as that distance as a whole.
+fn is_flat(piece: &Bezier, sagitta_mm: f64) -> bool {
+    let from = piece.start();
+    let chord = difference(piece.end(), from);
+    let square = dot(chord, chord);
+    let limit_sq = sagitta_mm * sagitta_mm;
+    let is_small = |point| {
+        let off = difference(point, from);
+        dot(off, off) <= limit_sq / 4.0
+    };
+    if piece.hull().all(is_small) {
+        return true;
+    }
+    let mut along = 0.0;
+    square > 0.0
+        && piece.hull().all(|point| {
+            let off = difference(point, from);
+            let share = dot(off, chord) / square;
+            let across: Vector = std::array::from_fn(|i| off[i] - share * chord[i]);
+            let goes_on = share >= along && share <= 1.0;
+            along = share;
+            goes_on && dot(across, across) <= limit_sq
+        })
 }
 
 /// X, Y and Z as far as the machine has them.

@@ -245,9 +245,8 @@ impl Walker {
             }
             // Only at a corner, where blocks meet or the way turns, or from and to rest may the speed
             // make a step.
-            let has_corner = rests
-                || self.in_block < 2 * half
-                || self.turns(&a.steps, &b.steps, &self.at_steps);
+            let has_corner =
+                rests || self.in_block < 2 * half || self.turns(&a.steps, &b.steps, &self.at_steps);
             let width = half as f64;
             for state in &mut self.axes {
                 let axis = state.profile.axis;

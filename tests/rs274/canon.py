@@ -23,6 +23,9 @@ class Move:
     plane: str = ""
     turns: int = 0
     seconds: float = 0.0
+    # Control points of a spline. The reference prints no more of it: where it ends is told by the
+    # move that follows.
+    points: int = 0
     # How exactly the reference prints lengths here, in mm: four decimals in program units.
     digit_mm: float = 1e-4
 
@@ -33,6 +36,8 @@ class Move:
         if self.center:
             parts.append(f"{self.plane} centre {self.center[0]:.4f} {self.center[1]:.4f}")
             parts.append(f"turns {self.turns}")
+        if self.points:
+            parts.append(f"{self.points} points, feed {self.feed:.4f}")
         parts.append(f"feed {self.feed:.4f}" if self.to else f"{self.seconds} s")
         return ", ".join(parts)
 
@@ -44,6 +49,9 @@ class Canon:
         self.scale = 1.0
         self.plane = "XY"
         self.feed = 0.0
+        self.rpm = 0.0
+        # Along the path a turn of the spindle, in mm, while moves follow its turns.
+        self.pitch = None
         self.g5x = [0.0] * 3
         self.g92 = [0.0] * 3
         self.tool = [0.0] * 3
@@ -58,7 +66,7 @@ class Canon:
         return tuple(v + o + t for v, o, t in zip((x, y, z), self.g5x, self.tool))
 
     def call(self, name, arguments):
-        numbers = [float(a) for a in arguments if re.fullmatch(r"[-+]?[\d.]+", a)]
+        numbers = [float(a) for a in arguments if re.fullmatch(r"[-+]?\d*\.?\d+", a)]
         mm = [value * self.scale for value in numbers]
         if name == "USE_LENGTH_UNITS":
             self.scale = 25.4 if "INCHES" in arguments[0] else 1.0
@@ -78,10 +86,24 @@ class Canon:
             self.moves.append(Move("dwell", seconds=numbers[0]))
         elif name == "STRAIGHT_TRAVERSE":
             self.add("rapid", mm[0:3])
-        elif name == "STRAIGHT_FEED":
-            self.add("line", mm[0:3], feed=self.feed)
+        elif name in ("STRAIGHT_FEED", "STRAIGHT_PROBE"):
+            feed = self.feed if self.pitch is None else self.pitch * self.rpm
+            self.add("line", mm[0:3], feed=feed)
+        elif name == "SET_SPINDLE_SPEED":
+            self.rpm = numbers[1]
+        elif name == "START_SPEED_FEED_SYNC":
+            self.pitch = mm[0]
+        elif name == "STOP_SPEED_FEED_SYNCH":
+            self.pitch = None
+        elif name == "RIGID_TAP":
+            back = self.moves[-1].to if self.moves else (0.0, 0.0, 0.0)
+            feed = self.pitch * self.rpm
+            self.add("line", mm[0:3], feed=feed)
+            self.moves.append(Move("line", to=back, feed=feed, digit_mm=1e-4 * self.scale))
         elif name == "ARC_FEED":
             self.arc(numbers, mm)
+        elif name == "NURBS_FEED":
+            self.moves.append(Move("spline", points=int(numbers[0]), feed=self.feed))
 
     def arc(self, numbers, mm):
         first, second, across = ARC_AXES[self.plane]
@@ -132,6 +154,8 @@ def ours(text):
             move.plane = item["plane"]
             move.center = tuple(item["center"][axis] for axis in item["plane"])
             move.turns = item["turns"]
+        if item["type"] == "spline":
+            move.to, move.points = (), len(item["points"])
         moves.append(move)
     return moves
 
@@ -141,7 +165,8 @@ def without_rests(moves):
     kept, at = [], (0.0, 0.0, 0.0)
     for move in moves:
         straight = move.kind in ("rapid", "line")
-        if not (straight and math.dist(move.to, at) < 1e-9):
+        # A digit of what is printed of a program in inches.
+        if not (straight and math.dist(move.to, at) < 2.6e-3):
             kept.append(move)
         at = move.to or at
     return kept
@@ -153,7 +178,7 @@ def same(a, b):
     close_mm = 4.0 * max(a.digit_mm, 1e-4)
     points = a.to + a.center, b.to + b.center
     return (
-        (a.kind, a.plane, a.turns) == (b.kind, b.plane, b.turns)
+        (a.kind, a.plane, a.turns, a.points) == (b.kind, b.plane, b.turns, b.points)
         and len(points[0]) == len(points[1])
         and all(abs(x - y) <= close_mm for x, y in zip(*points))
         and abs(a.seconds - b.seconds) <= 1e-4

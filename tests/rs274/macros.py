@@ -4,6 +4,20 @@ program."""
 
 import random
 
+# What both controls tell of themselves.
+TOLD = [
+    "#<_x>",
+    "#5421",
+    "#<_abs_z>",
+    "#<_feed>",
+    "#<_plane>",
+    "#<_motion_mode>",
+    "#<_coord_system>",
+    "#<_line>",
+    "#<_incremental>",
+    "#5220",
+]
+
 # rs274 takes no line of more than 255 characters, so expressions are kept shallow.
 DEPTH_MAX = 2
 
@@ -25,7 +39,8 @@ class Macro:
         """An expression whose value is always defined."""
         kind = self.random.randrange(8)
         if depth >= DEPTH_MAX or kind == 0:
-            return self.random.choice([self.number(), self.parameter()])
+            told = [self.random.choice(TOLD)] if self.random.random() < 0.3 else []
+            return self.random.choice([self.number(), self.parameter(), *told])
         a, b = self.expression(depth + 1), self.expression(depth + 1)
         if kind <= 2:
             return f"[{a} {self.random.choice('+-*')} {b}]"
@@ -78,6 +93,7 @@ class Macro:
     def call(self, label):
         self.lines += [
             f"o<sub{label}> sub",
+            self.random.choice(["M73", "M73 G20 F9", "G4 P0", "M73 G18 G98"]),
             "G1 X[#1] Y[#2]",
             "#2=[#2+1]",
             f"o<sub{label}> endsub [#1+#2]",
@@ -85,11 +101,21 @@ class Macro:
             "G1 Z[#<_value> MOD 4]",
         ]
 
+    def numbered_call(self, label):
+        self.lines += [
+            f"o{label} sub",
+            "G1 X[#1 MOD 2] Y0.5",
+            f"o{label} endsub",
+            f"#<which.one {label}>={label - 1}",
+            f"o[#<WHICH.one{label}>+1] call [{self.expression()}]",
+        ]
+
 
 def generate(seed):
     """A program of some dozens of lines."""
     macro = Macro(seed)
     pieces = [macro.move, macro.move, macro.repeat, macro.branch, macro.loop, macro.call]
+    pieces.append(macro.numbered_call)
     for piece in range(macro.random.randint(3, 12)):
         macro.lines.append(f"{macro.parameter()}=[{macro.expression()} MOD 7]")
         macro.random.choice(pieces)(100 + 2 * piece)

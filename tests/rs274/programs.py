@@ -1,5 +1,6 @@
 """Random valid NC programs: lines, arcs and helices in all planes, units, distance modes, feeds,
-dwells, coordinate systems and offsets, drilling cycles, compensated outlines. The same seed gives the same program."""
+dwells, coordinate systems and offsets, drilling cycles, compensated outlines, splines, threads,
+probes and turned contours. The same seed gives the same program."""
 
 import math
 import random
@@ -158,6 +159,142 @@ class Writer:
         self.lines.append("G40")
         self.place()
 
+    def threads(self):
+        """In step with the spindle: single threads, rigid taps, and whole cycles."""
+        self.lines.append(f"G97 S{self.random.randint(50, 900)} {self.random.choice(['M3', 'M4'])}")
+        self.place()
+        for _ in range(self.random.randint(0, 3)):
+            code = self.random.choice(["G33", "G33", "G33.1"])
+            before = dict(self.at)
+            target = {axis: self.at[axis] + 1.0 + self.random.random() for axis in "XZ"}
+            self.go(code, target, f"K{self.random.randint(1, 30) / 10}")
+            if code == "G33.1":
+                self.at = before
+        height = self.random.randint(5, 30) / 10
+        first = self.random.uniform(0.1, 0.9) * height
+        words = [
+            f"P{self.random.randint(1, 30) / 10}",
+            f"I{self.number(3.0) or 1.0:.3f}",
+            f"J{first:.3f}",
+            f"K{height:.3f}",
+        ]
+        words += self.random.choice([[], [f"R{self.random.randint(10, 25) / 10}"]])
+        words += self.random.choice([[], ["Q29.5"]])
+        words += self.random.choice([[], [f"H{self.random.randint(0, 3)}"]])
+        words += self.random.choice([[], [f"E0.5 L{self.random.randint(0, 3)}"]])
+        self.go("G76", {"Z": round(self.at["Z"] + self.random.choice([-1, 1]) * 9.0, 3)}, " ".join(words))
+        self.place()
+
+    def probe(self):
+        """rs274 comes back a little after a probe, so a place follows that is known."""
+        self.place()
+        self.go(f"G38.{self.random.randint(2, 5)}", {"Z": self.at["Z"] - 3.0})
+        self.lines.append("M66 P1 L0")
+        self.place()
+
+    def turning(self):
+        """Roughs a contour out and finishes it, outside or inside, in both directions."""
+        plane, self.plane = self.plane, "G18"
+        self.lines.append("G18")
+        self.place()
+        towards, out = self.random.choice([-1, 1]), self.random.choice([-1, 1])
+        z, x = 0.0, 20.0
+        lines = [f"G0 X{x:.3f} Z{z:.3f}", f"G1 Z{z + towards * 1.0:.3f}"]
+        z += towards * 1.0
+        for _ in range(self.random.randint(1, 4)):
+            by_z, by_x = self.random.uniform(2.0, 6.0), self.random.uniform(1.0, 3.0)
+            kind = self.random.choice(["line", "steps", "arc"])
+            if kind == "steps":
+                # Two pieces in one direction are too much for rs274.
+                lines += [f"G1 X{x + out * by_x:.4f}", f"Z{z + towards * by_z:.4f}"]
+            elif kind == "line":
+                lines.append(f"G1 X{x + out * by_x:.4f} Z{z + towards * by_z:.4f}")
+            else:
+                by_z = by_x
+                code = "G2" if towards * out < 0 else "G3"
+                lines.append(
+                    f"{code} X{x + out * by_x:.4f} Z{z + towards * by_z:.4f} I{out * by_x:.4f} K0"
+                )
+            z, x = z + towards * by_z, x + out * by_x
+        lines.append(f"G1 X{x + out * 0.5:.4f} Z{z + towards * 1.0:.4f}")
+        number = 500 + len(self.lines)
+        self.lines += [f"o{number} sub", *lines, f"o{number} endsub"]
+        begin = f"X{x + out * 2.0:.3f} Z{-towards * 1.0:.3f}"
+        left = self.random.choice(["", " D0.3"])
+        code = self.random.choice(["G71", "G71.1", "G71.2"])
+        self.lines += [
+            f"{code} Q{number} {begin} I{self.random.uniform(0.6, 3.0):.3f} R0.3{left}",
+            f"G70 Q{number} {begin} P{self.random.randint(1, 2)} D0.2",
+            plane,
+        ]
+        self.plane = plane
+        self.place()
+
+    def spline(self):
+        """Splines in XY, and a line behind, which tells where they end."""
+        self.lines.append("G17")
+        self.plane = "G17"
+
+        def end():
+            return {axis: round(self.at[axis] + self.number(5.0), 3) for axis in "XY"}
+
+        def ways(letters):
+            return " ".join(f"{letter}{self.number(3.0):.3f}" for letter in letters)
+
+        kind = self.random.choice(["G5", "G5.1", "G5.2"])
+        if kind == "G5":
+            self.go("G5", end(), ways("IJPQ"))
+            for _ in range(self.random.randint(0, 2)):
+                self.go("G5", end(), ways("PQ"))
+        elif kind == "G5.1":
+            self.go("G5.1", end(), ways("IJ"))
+        else:
+            order = self.random.choice([3, 3, 4, 5])
+            count = order + self.random.randint(0, 3)
+            opening = self.random.choice(["", "P2 ", "P0.5 "])
+            self.lines.append(f"G5.2 {opening}L{order}")
+            # Under G91 the words of all points are distances from where the curve begins.
+            for _ in range(count - 1):
+                last = end()
+                words = " ".join(self.word(axis, target) for axis, target in last.items())
+                self.lines.append(f"{words} P{self.random.randint(2, 30) / 10}")
+            self.lines.append("G5.3")
+            self.at.update(last)
+        self.go("G1", {axis: round(self.at[axis] + 1.0, 3) for axis in "XYZ"})
+
+    def polar(self):
+        """Places by radius and angle, and a circle of holes."""
+        self.place()
+        self.plane = "G17"
+        lines = [
+            "G17",
+            f"G0 @{self.random.randint(20, 90) / 10} ^{self.number(180.0):.2f}",
+        ]
+        for _ in range(self.random.randint(1, 3)):
+            lines.append(
+                self.random.choice(
+                    [
+                        f"G1 ^{self.number(180.0):.2f}",
+                        f"G1 @{self.random.randint(20, 90) / 10}",
+                        f"G91 G1 @{self.random.randint(1, 9) / 10} ^{self.number(90.0):.2f}",
+                        f"G90 G0 @{self.random.randint(20, 90) / 10} ^{self.number(180.0):.2f} Z1",
+                    ]
+                )
+            )
+        if self.random.random() < 0.5:
+            lines += [f"G98 G91 G81 ^{self.random.randint(10, 80)} Z-2 R-1 L4", "G80"]
+        self.lines += lines
+        self.place()
+
+    def kept(self):
+        """Modes that are saved, changed and restored."""
+        self.place()
+        units = self.random.choice(["G20", "G21"])
+        plane = self.random.choice(list(PLANES))
+        self.lines += ["M70", f"{units} {plane} G91", f"G1 X0.1 Y{self.number(0.2):.3f} F7"]
+        self.lines += ["G61 G99 G90.1", "M72"]
+        self.place()
+
     def modes(self):
         choice = self.random.randrange(4)
         if choice == 0:
@@ -179,7 +316,18 @@ def generate(seed):
     writer.lines += [f"{unit} G17 G90 G94", f"F{writer.random.randint(50, 500)}"]
     for _ in range(writer.random.randint(5, 60)):
         plain = [writer.straight, writer.arc, writer.arc, writer.modes]
-        rare = [writer.offset, writer.cycle, writer.inverse_time, writer.outline]
+        rare = [
+            writer.offset,
+            writer.cycle,
+            writer.inverse_time,
+            writer.outline,
+            writer.spline,
+            writer.polar,
+            writer.kept,
+            writer.threads,
+            writer.probe,
+            writer.turning,
+        ]
         writer.random.choice(plain * 3 + rare)()
     writer.lines.append(writer.random.choice(["M2", "M30"]))
     return "\n".join(writer.lines) + "\n"

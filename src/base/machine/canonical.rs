@@ -33,6 +33,9 @@ pub(super) fn text(machine: &Machine) -> String {
         let quoted: Vec<_> = machine.home_order.iter().map(|axis| format!("\"{axis}\"")).collect();
         line(&mut out, "home_order", format!("[{}]", quoted.join(", ")));
     }
+    if machine.assumed_inputs {
+        line(&mut out, "assumed_inputs", true);
+    }
     for profile in &machine.axes {
         axis(&mut out, profile);
     }
@@ -41,6 +44,9 @@ pub(super) fn text(machine: &Machine) -> String {
         out.push_str("\n[spindle]\n");
         line(&mut out, "speed_max_rpm", spindle.speed_max_rpm);
         line(&mut out, "power_kw", number(spindle.power_kw));
+        if spindle.encoder {
+            line(&mut out, "encoder", true);
+        }
     }
     out
 }

@@ -61,7 +61,9 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
     let spindle = keys.has_table("spindle").then(|| Spindle {
         speed_max_rpm: keys.integer("spindle.speed_max_rpm", 1..=1_000_000),
         power_kw: keys.number("spindle.power_kw", 1e-3..=1e3),
+        encoder: keys.boolean_if("spindle.encoder").unwrap_or(false),
     });
+    let assumed_inputs = keys.boolean_if("assumed_inputs").unwrap_or(false);
     Machine {
         id: id.to_owned(),
         name,
@@ -74,6 +76,7 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
         axes,
         bus,
         spindle,
+        assumed_inputs,
         toml: String::new(),
     }
 }

@@ -140,6 +140,17 @@ impl<'t> Keys<'t> {
         }
     }
 
+    /// `true` or `false`, which may be left out.
+    pub fn boolean_if(&mut self, path: &str) -> Option<bool> {
+        match self.ask(path)?.get_ref() {
+            DeValue::Boolean(value) => Some(*value),
+            _ => {
+                self.wrong(path, "true or false is expected".into(), None);
+                None
+            }
+        }
+    }
+
     /// A list of strings that may be left out.
     pub fn strings_if(&mut self, path: &str) -> Option<Vec<String>> {
         let found: Option<Vec<String>> = match self.ask(path)?.get_ref() {

@@ -15,6 +15,7 @@ Examples:
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
   cnc machine show router                    what a machine can do
+  cnc explain no-feed                        what a rule or a code means
 
 Exit codes:
   0    done, nothing wrong
@@ -70,4 +71,5 @@ pub enum Command {
     Send(cmd::send::Args),
     Node(cmd::node::Args),
     Machine(cmd::machine::Args),
+    Explain(cmd::explain::Args),
 }

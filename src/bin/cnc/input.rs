@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
 use cnc::base::machine::{POSITION_MOST, ProfileError};
+use cnc::base::source::as_text;
 use cnc::base::{Machine, Point, Source};
 use cnc::interp::Tools;
 use cnc::tape::{self, Origin};
@@ -47,7 +48,7 @@ pub fn is_dump(source: &Source) -> anyhow::Result<bool> {
 pub fn tools(file: Option<&Path>) -> anyhow::Result<(Tools, Option<Origin>)> {
     let Some(file) = file else { return Ok((Tools::default(), None)) };
     let name = file.display().to_string();
-    let text = std::fs::read_to_string(file).with_context(|| name.clone())?;
+    let text = std::fs::read(file).and_then(as_text).with_context(|| name.clone())?;
     let tools = Tools::parse(&text).with_context(|| format!("tool table {name}"))?;
     Ok((tools, Some(Origin { name, sha256: Sha256::digest(&text).into() })))
 }

@@ -16,6 +16,10 @@ pub struct LanguageArgs {
     /// Leave out lines that begin with /
     #[arg(long)]
     pub block_delete: bool,
+    /// Leave out words of other controls that mean nothing here: E words and temperatures of
+    /// printers, $ lines of senders
+    #[arg(long)]
+    pub lenient: bool,
     #[command(flatten)]
     pub subprograms: SubprogramArgs,
 }
@@ -38,10 +42,11 @@ pub struct DialectArg(pub Dialect);
 
 impl ValueEnum for DialectArg {
     fn value_variants<'a>() -> &'a [DialectArg] {
-        const ALL: [DialectArg; 4] = [
+        const ALL: [DialectArg; 5] = [
             DialectArg(Dialect::Iso),
             DialectArg(Dialect::LinuxCnc),
             DialectArg(Dialect::Fanuc),
+            DialectArg(Dialect::FanucLathe),
             DialectArg(Dialect::Grbl),
         ];
         &ALL
@@ -65,6 +70,7 @@ impl LanguageArgs {
         interp::Options {
             dialect: self.dialect.0,
             block_delete: self.block_delete,
+            lenient: self.lenient,
             folders: own.into_iter().chain(self.subprograms.include.iter().cloned()).collect(),
             max_passes: self.subprograms.max_passes,
             ..Default::default()

@@ -41,6 +41,7 @@ fn main() -> ExitCode {
         Command::Send(args) => cmd::send::run(args, global),
         Command::Node(args) => cmd::node::run(args, global),
         Command::Machine(args) => cmd::machine::run(args, global),
+        Command::Explain(args) => cmd::explain::run(args, global),
     };
     exit::code(outcome)
 }

@@ -173,6 +173,9 @@ impl Program {
         if self.options.block_delete {
             options.push(("block-delete".to_owned(), "on".to_owned()));
         }
+        if self.options.lenient {
+            options.push(("lenient".to_owned(), "on".to_owned()));
+        }
         if self.feed == Feed::Constant {
             options.push(("feed".to_owned(), "constant".to_owned()));
         }

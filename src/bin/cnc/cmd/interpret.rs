@@ -3,8 +3,9 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Point, Severity, Source};
-use cnc::interp::{self, Checked, Motion, Move, MoveKind, Options};
+use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline};
+use cnc::gcode::rules;
+use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
@@ -37,7 +38,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
     let mut errors = checked.diagnostics.iter().filter(as_json);
-    let written = errors.try_for_each(|error| write_error(&mut out, error));
+    let written = errors.try_for_each(|error| write_error(&mut out, error, &checked));
     unless_unread(written.and_then(|()| out.flush()))?;
     let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
     report::diagnostics(source.name(), drawn, global);
@@ -46,6 +47,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if checked.errors > 0 {
         return Ok(Exit::BadInput);
     }
+    if global.quiet && !global.json {
+        return Ok(Exit::Ok);
+    }
     let axes = Axis::ALL
         .into_iter()
         .filter(|axis| Axis::LINEAR.contains(axis) || checked.summary.axes_used.contains(*axis))
@@ -53,14 +57,15 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if !global.json {
         write_summary(&mut out, &source, &machine, &checked)?;
     }
-    let mut listing = Listing { out, axes, text: Vec::new(), json: global.json };
+    let mut listing = Listing::new(out, axes, global.json);
     if !global.json {
         listing.head()?;
     }
-    for motion in interp::motions(&source, &machine, &options) {
-        listing.write(&motion?)?;
+    let mut motions = interp::motions(&source, &machine, &options);
+    while let Some(motion) = motions.read()? {
+        listing.write(motion)?;
     }
-    listing.out.flush()?;
+    listing.finish()?;
     Ok(Exit::Ok)
 }
 
@@ -80,9 +85,16 @@ struct ErrorLine<'a> {
     /// The file of a subprogram, where it is not the program's own.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a str>,
+    /// Of an axis that leaves its travel: the least and the greatest shift of the part that makes it
+    /// fit, in mm or degrees; the first is greater than the last where the part is too large.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shift_mm: Option<[f64; 2]>,
 }
 
-fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> {
+fn write_error(out: &mut impl Write, diagnostic: &Diagnostic, checked: &Checked) -> io::Result<()> {
+    let of_rule =
+        |axis: &Axis| rules::limits(*axis).iter().any(|rule| rule.name == diagnostic.rule);
+    let axis = Axis::ALL.into_iter().find(of_rule);
     let line = ErrorLine {
         r#type: "error",
         rule: diagnostic.rule,
@@ -92,6 +104,7 @@ fn write_error(out: &mut impl Write, diagnostic: &Diagnostic) -> io::Result<()> 
         help: diagnostic.help.as_deref(),
         calls: &diagnostic.calls,
         file: diagnostic.file.as_deref(),
+        shift_mm: axis.and_then(|axis| checked.summary.shifts_mm[axis]),
     };
     writeln!(out, "{}", serde_json::to_string(&line)?)
 }
@@ -113,8 +126,8 @@ fn write_summary(
     writeln!(out)?;
     writeln!(
         out,
-        "{:>4} {:>11} {:>11} {:>11} {:>11}",
-        "axis", "start", "end", "least", "greatest"
+        "{:>4} {:>11} {:>11} {:>11} {:>11}  {:>26}",
+        "axis", "start", "end", "least", "greatest", "may be shifted by"
     )?;
     for profile in &machine.axes {
         let axis = profile.axis;
@@ -123,10 +136,17 @@ fn write_summary(
         }
         let (start, end) = (summary.start_mm[axis], summary.end_mm[axis]);
         let [least, greatest] = summary.extents_mm[axis].unwrap_or([start; 2]);
-        writeln!(out, "{axis:>4} {start:>11.3} {end:>11.3} {least:>11.3} {greatest:>11.3}")?;
+        write!(out, "{axis:>4} {start:>11.3} {end:>11.3} {least:>11.3} {greatest:>11.3}")?;
+        match summary.shifts_mm[axis] {
+            Some([low, high]) => writeln!(out, "  {low:>+11.3} to {high:>+11.3}")?,
+            None => writeln!(out)?,
+        }
     }
     writeln!(out)
 }
+
+/// Lines are handed on when there are so many bytes of them.
+const TEXT_BYTES: usize = 1 << 16;
 
 /// Writes motion, a line each.
 struct Listing<W: Write> {
@@ -134,9 +154,40 @@ struct Listing<W: Write> {
     axes: Vec<Axis>,
     text: Vec<u8>,
     json: bool,
+    shown: AxisMap<Shown>,
+    shown_feed: Shown,
+}
+
+/// A number as it was written last, for most are the same again: a move starts where the one
+/// before has ended, and not all axes move.
+#[derive(Default)]
+struct Shown {
+    value: f64,
+    text: Vec<u8>,
+}
+
+impl Shown {
+    fn write(&mut self, text: &mut Vec<u8>, value: f64) {
+        if self.text.is_empty() || self.value.to_bits() != value.to_bits() {
+            self.value = value;
+            self.text.clear();
+            number(&mut self.text, value);
+        }
+        text.extend_from_slice(&self.text);
+    }
 }
 
 impl<W: Write> Listing<W> {
+    fn new(out: W, axes: Vec<Axis>, json: bool) -> Listing<W> {
+        let (text, shown) = (Vec::with_capacity(2 * TEXT_BYTES), AxisMap::default());
+        Listing { out, axes, text, json, shown, shown_feed: Shown::default() }
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.out.write_all(&self.text)?;
+        self.out.flush()
+    }
+
     fn head(&mut self) -> io::Result<()> {
         write!(self.out, "{:>7} {:>6}  {:<8}", "line", "N", "motion")?;
         for axis in &self.axes {
@@ -146,7 +197,6 @@ impl<W: Write> Listing<W> {
     }
 
     fn write(&mut self, motion: &Motion) -> io::Result<()> {
-        self.text.clear();
         match (motion, self.json) {
             (Motion::Move(step), true) => self.json_move(step),
             (Motion::Event(event), true) => json_event(&mut self.text, event),
@@ -155,16 +205,25 @@ impl<W: Write> Listing<W> {
                 writeln!(self.text, "{:>7} {:>6}  {}", event.line, "", event.kind)?;
             }
         }
-        self.out.write_all(&self.text)
+        if self.text.len() >= TEXT_BYTES {
+            self.out.write_all(&self.text)?;
+            self.text.clear();
+        }
+        Ok(())
     }
 
     fn table_move(&mut self, step: &Move) -> io::Result<()> {
         let text = &mut self.text;
         let name = match step.kind {
             MoveKind::Rapid => "rapid",
-            MoveKind::Line { .. } => "line",
+            MoveKind::Line { .. } => match step.bound {
+                Bound::Free => "line",
+                Bound::Spindle => "thread",
+                Bound::Input => "probe",
+            },
             MoveKind::Arc { ccw: true, .. } => "arc ccw",
             MoveKind::Arc { ccw: false, .. } => "arc cw",
+            MoveKind::Spline { .. } => "spline",
         };
         write!(text, "{:>7} ", step.line)?;
         match step.n {
@@ -175,19 +234,20 @@ impl<W: Write> Listing<W> {
         for axis in &self.axes {
             write!(text, " {:>10.3}", step.to[*axis])?;
         }
-        match step.kind {
-            MoveKind::Rapid => {}
-            MoveKind::Line { feed_mm_min } => write!(text, " {feed_mm_min:>8.1}")?,
-            MoveKind::Arc { feed_mm_min, plane, center_mm: [first, second], turns, .. } => {
-                let [a, b] = plane.axes();
-                write!(
-                    text,
-                    " {feed_mm_min:>8.1}  {} centre {a}{first:.3} {b}{second:.3}",
-                    plane.name()
-                )?;
-                if turns > 0 {
+        if let Some(feed_mm_min) = step.kind.feed_mm_min() {
+            write!(text, " {feed_mm_min:>8.1}")?;
+        }
+        match &step.kind {
+            MoveKind::Rapid | MoveKind::Line { .. } => {}
+            MoveKind::Arc { plane, center_mm: [first, second], turns, .. } => {
+                let ([a, b], name) = (plane.axes(), plane.name());
+                write!(text, "  {name} centre {a}{first:.3} {b}{second:.3}")?;
+                if *turns > 0 {
                     write!(text, " and {turns} full turns")?;
                 }
+            }
+            MoveKind::Spline { curve, .. } => {
+                write!(text, "  degree {}, {} points", curve.degree(), curve.points().len())?;
             }
         }
         text.push(b'\n');
@@ -195,11 +255,12 @@ impl<W: Write> Listing<W> {
     }
 
     fn json_move(&mut self, step: &Move) {
-        let (text, axes) = (&mut self.text, &self.axes);
+        let (text, axes, shown) = (&mut self.text, &self.axes, &mut self.shown);
         text.extend_from_slice(match step.kind {
             MoveKind::Rapid => b"{\"type\":\"rapid\",\"line\":".as_slice(),
             MoveKind::Line { .. } => b"{\"type\":\"line\",\"line\":",
             MoveKind::Arc { .. } => b"{\"type\":\"arc\",\"line\":",
+            MoveKind::Spline { .. } => b"{\"type\":\"spline\",\"line\":",
         });
         integer(text, step.line);
         if let Some(n) = step.n {
@@ -207,21 +268,29 @@ impl<W: Write> Listing<W> {
             integer(text, n);
         }
         text.extend_from_slice(b",\"from\":");
-        json_point(text, axes, &step.from);
+        json_point(text, axes, |text, axis| shown[axis].write(text, step.from[axis]));
         text.extend_from_slice(b",\"to\":");
-        json_point(text, axes, &step.to);
-        if let MoveKind::Line { feed_mm_min } | MoveKind::Arc { feed_mm_min, .. } = step.kind {
+        json_point(text, axes, |text, axis| shown[axis].write(text, step.to[axis]));
+        if let Some(feed_mm_min) = step.kind.feed_mm_min() {
             text.extend_from_slice(b",\"feed\":");
-            number(text, feed_mm_min);
+            self.shown_feed.write(text, feed_mm_min);
+        }
+        match step.bound {
+            Bound::Free => {}
+            Bound::Spindle => text.extend_from_slice(b",\"sync\":true"),
+            Bound::Input => text.extend_from_slice(b",\"probe\":true"),
+        }
+        if let MoveKind::Spline { curve, .. } = &step.kind {
+            json_spline(text, axes, curve);
         }
         if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
             text.extend_from_slice(b",\"plane\":\"");
             text.extend_from_slice(plane.name().as_bytes());
             text.extend_from_slice(b"\",\"center\":");
-            let mut center = AxisMap::default();
-            let axes = plane.axes();
-            [center[axes[0]], center[axes[1]]] = center_mm;
-            json_point(text, &axes, &center);
+            let [first, second] = plane.axes();
+            let [at_first, at_second] = center_mm;
+            let at = |axis| if axis == first { at_first } else { at_second };
+            json_point(text, &[first, second], |text, axis| number(text, at(axis)));
             text.extend_from_slice(if ccw { b",\"ccw\":true" } else { b",\"ccw\":false" });
             text.extend_from_slice(b",\"turns\":");
             integer(text, turns);
@@ -230,14 +299,41 @@ impl<W: Write> Listing<W> {
     }
 }
 
-fn json_point(text: &mut Vec<u8>, axes: &[Axis], point: &Point) {
+/// An object with a number for each axis, which `write` writes.
+fn json_point(text: &mut Vec<u8>, axes: &[Axis], mut write: impl FnMut(&mut Vec<u8>, Axis)) {
     let mut separator = b'{';
     for axis in axes {
         text.extend_from_slice(&[separator, b'"', axis.letter() as u8, b'"', b':']);
-        number(text, point[*axis]);
+        write(text, *axis);
         separator = b',';
     }
     text.push(b'}');
+}
+
+/// Points; of what is no Bézier curve, which these alone would tell, weights and knots too.
+fn json_spline(text: &mut Vec<u8>, axes: &[Axis], curve: &Spline) {
+    json_list(text, "points", curve.points(), |text, point| {
+        json_point(text, axes, |text, axis| number(text, point[axis]));
+    });
+    if !curve.is_bezier() {
+        json_list(text, "weights", curve.weights(), |text, weight| number(text, *weight));
+        json_list(text, "knots", curve.knots(), |text, knot| number(text, *knot));
+    }
+    text.extend_from_slice(b",\"degree\":");
+    text.extend_from_slice(itoa::Buffer::new().format(curve.degree()).as_bytes());
+}
+
+fn json_list<T>(text: &mut Vec<u8>, name: &str, items: &[T], write: impl Fn(&mut Vec<u8>, &T)) {
+    text.extend_from_slice(b",\"");
+    text.extend_from_slice(name.as_bytes());
+    text.extend_from_slice(b"\":");
+    let mut separator = b'[';
+    for item in items {
+        text.push(separator);
+        write(text, item);
+        separator = b',';
+    }
+    text.push(b']');
 }
 
 fn json_event(text: &mut Vec<u8>, event: &Event) {
@@ -259,6 +355,15 @@ fn json_event(text: &mut Vec<u8>, event: &Event) {
                 field(text, "t", tool.into());
             }
         }
+        EventKind::Function { code, words } => {
+            text.extend_from_slice(b",\"code\":\"M");
+            integer(text, code.into());
+            text.push(b'"');
+            for (letter, value) in words.iter() {
+                let name = char::from(letter).to_ascii_lowercase();
+                field(text, name.encode_utf8(&mut [0; 4]), value);
+            }
+        }
         EventKind::S(rpm) => {
             text.extend_from_slice(b",\"code\":\"S\"");
             field(text, "s", rpm);
@@ -269,6 +374,12 @@ fn json_event(text: &mut Vec<u8>, event: &Event) {
             if let Some(rpm) = rpm_max {
                 field(text, "d", rpm);
             }
+        }
+        EventKind::WaitInput { number, analog, kind, seconds } => {
+            text.extend_from_slice(b",\"code\":\"M66\"");
+            field(text, if analog { "e" } else { "p" }, number.into());
+            field(text, "l", kind.into());
+            field(text, "q", seconds);
         }
         EventKind::T(tool) => {
             text.extend_from_slice(b",\"code\":\"T\"");
@@ -291,9 +402,10 @@ fn integer(text: &mut Vec<u8>, value: u32) {
 
 /// The shortest form that reads back as the same value; whole numbers without a point.
 fn number(text: &mut Vec<u8>, value: f64) {
+    let whole = value as i64;
     // Whole numbers up to here are exact in both types.
-    if value.fract() == 0.0 && value.abs() < 1e15 {
-        text.extend_from_slice(itoa::Buffer::new().format(value as i64).as_bytes());
+    if whole as f64 == value && value.abs() < 1e15 {
+        text.extend_from_slice(itoa::Buffer::new().format(whole).as_bytes());
     } else {
         text.extend_from_slice(zmij::Buffer::new().format_finite(value).as_bytes());
     }

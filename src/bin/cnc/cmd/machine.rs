@@ -115,7 +115,12 @@ fn show(out: &mut impl Write, machine: &Machine) -> io::Result<()> {
     writeln!(out)?;
     show_bus(out, machine)?;
     if let Some(spindle) = &machine.spindle {
-        writeln!(out, "spindle         {} rpm, {} kW", spindle.speed_max_rpm, spindle.power_kw)?;
+        let encoder = if spindle.encoder { ", motion can follow its turns" } else { "" };
+        let (rpm, kw) = (spindle.speed_max_rpm, spindle.power_kw);
+        writeln!(out, "spindle         {rpm} rpm, {kw} kW{encoder}")?;
+    }
+    if machine.assumed_inputs {
+        writeln!(out, "inputs          assumed: for checking programs, not for cutting")?;
     }
     writeln!(out, "sha256          {}", hex(&machine.sha256()))
 }

@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub mod explain;
 pub mod interpolate;
 pub mod interpret;
 pub mod machine;

@@ -174,6 +174,8 @@ fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<Mot
             motion.start = Some(start.context("option 'start' of the dump's header")?);
         } else if is(option, "block-delete", "on") {
             motion.language.block_delete = true;
+        } else if is(option, "lenient", "on") {
+            motion.language.lenient = true;
         } else if let Some(dialect) = dialect(option) {
             motion.language.dialect = DialectArg(dialect);
         } else if !is(option, "encoder", "thesis") {

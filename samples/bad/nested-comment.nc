@@ -1,0 +1,3 @@
+(expect: nested-comment 2:7)
+G0 X1 (side 1 (rough) of 2)
+M30

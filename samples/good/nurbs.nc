@@ -1,0 +1,40 @@
+(NURBS of several blocks: G5.2 to G5.3 with even knots, G6.2 with its own, both as circles too.)
+G21 G90 G17
+G0 X0 Y0
+F500
+G5.2 P1 L3
+X0 Y5 P1
+X10 Y10 P1
+X10 Y0 P1
+X0 Y0 P2
+G5.3
+(a quarter of a circle)
+G0 X10 Y0
+G5.2 X10 Y10 P0.707106781186548
+X0 Y10 P1
+G5.3
+(a whole circle about X0 Y10 of four quarters, tilted: 0.3 up and down in Z)
+G6.2 P3 K0 X0 Y10 Z0
+K0 X0 Y20 R0.707106781186548
+K0 X-10 Y20 Z0.3
+K1 X-20 Y20 R0.707106781186548
+K1 X-20 Y10
+K2 X-20 Y0 R0.707106781186548
+K2 X-10 Y0 Z-0.3
+K3 X0 Y0 R0.707106781186548
+K3 X0 Y10 Z0
+K4
+K4
+K4
+(of the order four)
+G6.2 K0 X0 Y10
+K0 X3 Y10
+K0 X7 Y11
+K0 X13 Y9
+K0.5 X17 Y9
+K0.5 X20 Y10
+K1
+K1
+K1
+K1
+M2

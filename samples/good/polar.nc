@@ -1,0 +1,16 @@
+(LinuxCNC's polar words and G16, under G90 and G91.)
+G21 G90 G17 G0 Z5
+@10 ^0
+G1 ^30 F200
+G3 ^90 R10
+G1 @12
+G91 ^-15
+@-4 ^5
+G81 Z-2 R-3 ^20 L3
+G80
+G90 G0 @8 ^180
+G16 G81 X10 Y0 Z-1 R2
+G91 Y60 R-3 Z-3 L5
+G80 G15 G90
+G0 X0 Y0
+M30

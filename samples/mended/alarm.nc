@@ -1,0 +1,3 @@
+#1=1
+IF [#1 EQ 2] THEN #3000=7 (TOOL TOO LONG)
+M30

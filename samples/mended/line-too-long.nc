@@ -1,0 +1,2 @@
+(a line as long as it has to be)
+M30

@@ -1,0 +1,2 @@
+G0 X1 (side 1, rough, of 2)
+M30

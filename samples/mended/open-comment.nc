@@ -1,0 +1,2 @@
+G0 X1 (to the right)
+M30

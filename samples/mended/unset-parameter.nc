@@ -1,0 +1,3 @@
+#<depth>=2
+G0 X#<depth>
+M30

@@ -1,0 +1,257 @@
+//! `cnc explain`: what a rule or a code means, from the tables that the checks themselves read.
+
+use std::io::{self, BufWriter, Write};
+
+use anyhow::anyhow;
+use cnc::base::{Machine, Severity, Source};
+use cnc::gcode::codes::{self, Code, Group};
+use cnc::gcode::foreign::{self, Foreign};
+use cnc::gcode::notes;
+use cnc::gcode::rules::{self, Rule};
+use cnc::interp::{self, Options};
+use serde_json::{Value, json};
+
+use crate::args::Global;
+use crate::exit::{Exit, Outcome};
+
+/// Explain a rule (no-feed) or a code (G43); without either, list all
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Name of a rule, or a G or M code
+    #[arg(value_name = "RULE|CODE")]
+    name: Option<String>,
+}
+
+/// Lines of an example that are shown; of the few that are longer, the beginning.
+const LINES_MAX: usize = 16;
+/// Characters of a line that are shown.
+const COLUMNS_MAX: usize = 72;
+/// Codes of one group that are all named.
+const NAMES_MAX: usize = 9;
+/// Names that are like the one asked for, at least by so much (Jaro and Winkler).
+const LIKENESS_LEAST: f64 = 0.8;
+
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let Some(name) = &args.name else {
+        list(&mut out, global)?;
+        out.flush()?;
+        return Ok(Exit::Ok);
+    };
+    let wanted = name.trim().to_ascii_lowercase();
+    if let Some(rule) = rules::all().find(|rule| rule.name == wanted) {
+        explain_rule(&mut out, rule, global)?;
+    } else if let Some((letter, number)) = as_code(&wanted) {
+        match (codes::find(letter, number), foreign::find(letter, number)) {
+            (Some(code), row) => explain_code(&mut out, code, row, global)?,
+            (None, Some(row)) => explain_foreign(&mut out, row, global)?,
+            (None, None) => return Err(unknown(name, &wanted).into()),
+        }
+    } else {
+        return Err(unknown(name, &wanted).into());
+    }
+    out.flush()?;
+    Ok(Exit::Ok)
+}
+
+/// `g43`, `G 43.1`, `m06`.
+fn as_code(text: &str) -> Option<(u8, f64)> {
+    let (letter, number) = text.split_at_checked(1)?;
+    let letter = *letter.as_bytes().first().filter(|letter| b"gm".contains(letter))?;
+    let number = number.trim();
+    let is_number = number.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
+    Some((letter.to_ascii_uppercase(), number.parse().ok().filter(|_| is_number)?))
+}
+
+fn unknown(name: &str, wanted: &str) -> anyhow::Error {
+    let names = rules::all().map(|rule| rule.name.to_owned());
+    let names = names.chain(codes::CODES.iter().map(Code::name));
+    let likeness = |name: &str| strsim::jaro_winkler(&name.to_ascii_lowercase(), wanted);
+    let near = names.map(|name| (likeness(&name), name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    match near.filter(|(likeness, _)| *likeness > LIKENESS_LEAST) {
+        Some((_, near)) => anyhow!("no rule and no code is '{name}'; did you mean '{near}'?"),
+        None => anyhow!("no rule and no code is '{name}': cnc explain lists them"),
+    }
+}
+
+fn severity(rule: &Rule) -> &'static str {
+    match rule.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    }
+}
+
+fn list(out: &mut impl Write, global: &Global) -> anyhow::Result<()> {
+    if global.json {
+        let codes: Vec<Value> = codes::CODES.iter().map(code_json).collect();
+        let rules: Vec<Value> = rules::all().map(|rule| rule_json(rule, None)).collect();
+        writeln!(out, "{}", json!({"schema": 1, "codes": codes, "rules": rules}))?;
+        return Ok(());
+    }
+    for code in codes::CODES {
+        let support = if code.op.is_some() { "" } else { " (not supported)" };
+        writeln!(out, "{:<6} {}{support}", code.name(), code.meaning)?;
+    }
+    writeln!(out)?;
+    for rule in rules::all() {
+        writeln!(out, "{:<20} {}", rule.name, rule.meaning)?;
+    }
+    Ok(())
+}
+
+/// What the check of a rule's bad program, without its remark, says.
+struct Shown {
+    line: u32,
+    message: String,
+    help: Option<String>,
+}
+
+fn shown(rule: &Rule) -> anyhow::Result<Shown> {
+    let own = include_str!("../../../../samples/machines/nine-axes.toml");
+    let remark = rule.bad.lines().next().unwrap_or_default();
+    let machine = if remark.contains(" on nine-axes)") {
+        Machine::parse("nine-axes", own)?
+    } else {
+        Machine::load(cnc::base::machine::DEFAULT)?
+    };
+    let source = Source::memory("example.nc", without_remark(rule.bad).as_bytes());
+    let options = Options { max_passes: Some(1000), ..Options::default() };
+    let checked = interp::check(&source, &machine, &options, 1)?;
+    let found = checked.diagnostics.into_iter().find(|found| found.rule == rule.name);
+    let found = found.ok_or_else(|| anyhow!("the example of {} does not show it", rule.name))?;
+    Ok(Shown { line: found.span.line, message: found.message, help: found.help })
+}
+
+fn explain_rule(out: &mut impl Write, rule: &Rule, global: &Global) -> anyhow::Result<()> {
+    let shown = shown(rule)?;
+    if global.json {
+        let mut value = rule_json(rule, Some(&shown));
+        value["schema"] = json!(1);
+        writeln!(out, "{value}")?;
+        return Ok(());
+    }
+    writeln!(out, "{}[{}]: {}", severity(rule), rule.name, rule.meaning)?;
+    writeln!(out, "\nThis program has the mistake:\n")?;
+    write_program(out, without_remark(rule.bad))?;
+    writeln!(out, "\nline {}: {}", shown.line, shown.message)?;
+    if let Some(help) = &shown.help {
+        writeln!(out, "help: {help}")?;
+    }
+    writeln!(out, "\nMended:\n")?;
+    write_program(out, rule.mended)?;
+    Ok(())
+}
+
+fn without_remark(program: &str) -> &str {
+    program.split_once('\n').map_or("", |(_, rest)| rest)
+}
+
+fn write_program(out: &mut impl Write, program: &str) -> io::Result<()> {
+    let lines: Vec<&str> = program.lines().collect();
+    for line in lines.iter().take(LINES_MAX) {
+        let text: String = line.chars().take(COLUMNS_MAX).map(visible).collect();
+        let cut = if line.chars().count() > COLUMNS_MAX { "…" } else { "" };
+        writeln!(out, "    {text}{cut}")?;
+    }
+    if lines.len() > LINES_MAX {
+        writeln!(out, "    … and {} lines more", lines.len() - LINES_MAX)?;
+    }
+    Ok(())
+}
+
+/// A control character is shown by a sign for it.
+fn visible(character: char) -> char {
+    if character.is_control() { '\u{fffd}' } else { character }
+}
+
+fn rule_json(rule: &Rule, shown: Option<&Shown>) -> Value {
+    let mut value = json!({
+        "rule": rule.name, "severity": severity(rule), "meaning": rule.meaning,
+    });
+    if let Some(Shown { line, message, help }) = shown {
+        value["bad"] = json!(without_remark(rule.bad));
+        value["line"] = json!(line);
+        value["message"] = json!(message);
+        value["help"] = json!(help);
+        value["mended"] = json!(rule.mended);
+    }
+    value
+}
+
+/// What ends a code's force.
+fn in_force(code: &Code) -> String {
+    let is_once = matches!(code.group, Group::NonModal | Group::ToolChange | Group::Stop);
+    if is_once {
+        return "in its block only".to_owned();
+    }
+    let is_other = |other: &&Code| other.group == code.group && *other != code;
+    let names: Vec<String> = codes::CODES.iter().filter(is_other).map(Code::name).collect();
+    if names.len() > NAMES_MAX {
+        "until another code of its group".to_owned()
+    } else if names.is_empty() {
+        "from its block on".to_owned()
+    } else {
+        format!("until {}", names.join(" "))
+    }
+}
+
+/// The letters that a code makes use of, with a blank between.
+fn letters(code: &Code) -> String {
+    let letters: Vec<String> = code.letters().chars().map(String::from).collect();
+    letters.join(" ")
+}
+
+fn explain_code(
+    out: &mut impl Write,
+    code: &Code,
+    elsewhere: Option<&Foreign>,
+    global: &Global,
+) -> anyhow::Result<()> {
+    if global.json {
+        let mut value = code_json(code);
+        value["elsewhere"] = json!(elsewhere.map(|row| row.meaning));
+        value["schema"] = json!(1);
+        writeln!(out, "{value}")?;
+        return Ok(());
+    }
+    writeln!(out, "{}: {}", code.name(), code.meaning)?;
+    writeln!(out, "group     {}", code.group.name())?;
+    if code.op.is_none() {
+        writeln!(out, "supported no: a program with it is refused")?;
+        return Ok(());
+    }
+    writeln!(out, "in force  {}", in_force(code))?;
+    if code.words != 0 {
+        writeln!(out, "words     {}", letters(code))?;
+    }
+    if let Some(Foreign { control, meaning, .. }) = elsewhere {
+        writeln!(out, "elsewhere {control}: {meaning}")?;
+    }
+    if let Some(note) = notes::note(code) {
+        writeln!(out, "\n{note}")?;
+    }
+    Ok(())
+}
+
+fn code_json(code: &Code) -> Value {
+    json!({
+        "code": code.name(), "group": code.group.name(), "supported": code.op.is_some(),
+        "meaning": code.meaning, "words": code.letters(), "note": notes::note(code),
+    })
+}
+
+fn explain_foreign(out: &mut impl Write, row: &Foreign, global: &Global) -> anyhow::Result<()> {
+    let Foreign { control, meaning, instead, .. } = row;
+    if global.json {
+        let value = json!({
+            "schema": 1, "code": row.name(), "supported": false, "control": control,
+            "meaning": meaning, "instead": instead,
+        });
+        writeln!(out, "{value}")?;
+        return Ok(());
+    }
+    writeln!(out, "{}: means nothing here, and a program with it is refused", row.name())?;
+    writeln!(out, "elsewhere {control}: {meaning}")?;
+    writeln!(out, "instead   {instead}")?;
+    Ok(())
+}

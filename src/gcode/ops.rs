@@ -1,0 +1,288 @@
+//! What codes do: the operations that rows of the table of codes name, and the letters each takes.
+
+use super::block::letter_set;
+
+/// What a supported code does.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Op {
+    Inches,
+    Millimetres,
+    InverseTimeFeed,
+    FeedPerMinute,
+    FeedPerTurn,
+    ToolChange,
+    SpindleClockwise,
+    SpindleCounterClockwise,
+    SpindleStop,
+    Function(Function),
+    Modes(Modes),
+    SurfaceSpeed,
+    SpindleSpeedConstant,
+    MistOn,
+    FloodOn,
+    CoolantOff,
+    /// M48 to M53.
+    Override(u8),
+    Dwell,
+    SetOffsets,
+    /// G28 and G30, counted from 0.
+    GoToReference(u8),
+    StoreReference(u8),
+    LocalOffset,
+    SetPosition,
+    ResetPosition,
+    SuspendPosition,
+    RestorePosition,
+    MachineCoordinates,
+    PlaneXy,
+    PlaneZx,
+    PlaneYz,
+    CompensationOff,
+    Compensate {
+        left: bool,
+        by_diameter: bool,
+    },
+    LengthOffset,
+    LengthOffsetByWords,
+    LengthOffsetMore,
+    LengthOffsetOff,
+    /// G54 to G59.3, counted from 0.
+    WorkSystem(u8),
+    ExactStopOnce,
+    ExactPath,
+    ExactStop,
+    Blend,
+    Diameter,
+    Radius,
+    Absolute,
+    Incremental,
+    ArcCenterAbsolute,
+    ArcCenterIncremental,
+    PolarOff,
+    Polar,
+    ScalingOff,
+    Scaling,
+    Rotation,
+    RotationOff,
+    ReturnToInitial,
+    ReturnToR,
+    Rapid,
+    Line,
+    ArcClockwise,
+    ArcCounterClockwise,
+    Spline(SplineCode),
+    NurbsEnd,
+    /// Of no row: G5 P10000 and G5.1 Q1, which are no splines, and what ends them.
+    LookAhead,
+    Cycle(Cycle),
+    Follow(Follow),
+    Turn(Turn),
+    WaitInput,
+    /// G50 of a lathe.
+    LatheSetting,
+    Stock(Stock),
+    /// G76 of a lathe.
+    ThreadCycle,
+    Single(Single),
+    MotionOff,
+    Stop,
+    OptionalStop,
+    PalletStop,
+    End,
+    EndAndRewind,
+    Return,
+    Call,
+    MacroCall,
+}
+
+/// M functions that only say something to the machine.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Function {
+    /// M61
+    SetTool,
+    /// M62 to M65.
+    DigitalOutput(u8),
+    /// M67 and M68.
+    AnalogOutput(u8),
+    SpindleOrient,
+    /// M100 to M199.
+    User,
+}
+
+impl Function {
+    /// Letters that the function makes use of.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Function::SetTool => "Q",
+            Function::DigitalOutput(_) => "P",
+            Function::AnalogOutput(_) => "EQ",
+            Function::SpindleOrient => "PQR",
+            Function::User => "PQ",
+        })
+    }
+}
+
+/// M70 to M73.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modes {
+    Save,
+    Forget,
+    Restore,
+    SaveForCall,
+}
+
+/// Moves that follow something else than time alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Follow {
+    /// The spindle, along a thread (G33).
+    Thread,
+    /// The spindle, there and back (G33.1).
+    Tap,
+    /// A signal (G31).
+    Skip,
+    /// A probe, by the tenths of its code (G38.2 to G38.5).
+    Probe(u8),
+}
+
+impl Follow {
+    /// Letters that it makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Follow::Thread => "K",
+            Follow::Tap => "IK",
+            Follow::Skip | Follow::Probe(_) => "",
+        })
+    }
+}
+
+/// Cycles of lathes that work along a contour which stands elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// G70
+    Finish,
+    /// G71 and G72, by the code and what comes of pockets.
+    Rough {
+        /// G72: cuts go along X.
+        faces: bool,
+        /// Which of them are cut.
+        pockets: Pockets,
+    },
+}
+
+/// Cycles of FANUC-style lathes along a contour that stands in the same program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stock {
+    /// G70
+    Finish,
+    /// G71
+    Turn,
+    /// G72
+    Face,
+    /// G73
+    Repeat,
+}
+
+/// Cycles of FANUC-style lathes that cut once: in, along, out, back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Single {
+    /// G90
+    Turn,
+    /// G92
+    Thread,
+    /// G94
+    Face,
+}
+
+/// What roughing does with pockets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pockets {
+    /// All is cut.
+    Cut,
+    /// They are left (.1).
+    Leave,
+    /// Only they are cut (.2).
+    Only,
+}
+
+/// The canned cycles, by their G numbers.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Cycle {
+    DrillChipBreak = 73,
+    TapLeft = 74,
+    BoreFine = 76,
+    Drill = 81,
+    DrillDwell = 82,
+    DrillDeep = 83,
+    Tap = 84,
+    BoreFeedOut = 85,
+    BoreStop = 86,
+    BoreBack = 87,
+    BoreManual = 88,
+    BoreDwell = 89,
+}
+
+impl Cycle {
+    /// Letters that the cycle makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Cycle::Drill | Cycle::BoreFeedOut => "KLR",
+            Cycle::DrillDwell
+            | Cycle::Tap
+            | Cycle::TapLeft
+            | Cycle::BoreStop
+            | Cycle::BoreManual
+            | Cycle::BoreDwell => "KLPR",
+            Cycle::DrillDeep | Cycle::DrillChipBreak => "KLPQR",
+            Cycle::BoreFine => "IJLPQR",
+            Cycle::BoreBack => "IJKLR",
+        })
+    }
+}
+
+/// The codes that make splines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SplineCode {
+    /// G5
+    Cubic,
+    /// G5.1
+    Quadratic,
+    /// G5.2, up to G5.3
+    Nurbs,
+    /// G6.2
+    NurbsByKnots,
+}
+
+impl SplineCode {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            SplineCode::Cubic => "G5",
+            SplineCode::Quadratic => "G5.1",
+            SplineCode::Nurbs => "G5.2",
+            SplineCode::NurbsByKnots => "G6.2",
+        }
+    }
+
+    /// Letters that it makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            SplineCode::Cubic => "IJPQ",
+            SplineCode::Quadratic => "IJ",
+            SplineCode::Nurbs => "LP",
+            SplineCode::NurbsByKnots => "KPR",
+        })
+    }
+
+    /// Letters of the axes that it moves.
+    pub const fn axes(self) -> u32 {
+        letter_set(match self {
+            SplineCode::NurbsByKnots => "XYZ",
+            SplineCode::Cubic | SplineCode::Quadratic | SplineCode::Nurbs => "XY",
+        })
+    }
+}

@@ -1,0 +1,16 @@
+# Sourced by the scripts beside it: fetches two Debian packages into target/rs274 and unpacks them
+# there; installs nothing. Sets `root`, `here` and `rs274`, the interpreter.
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$here/../..
+store=${CARGO_TARGET_DIR:-$root/target}/rs274
+rs274=$store/usr/bin/rs274
+if [ ! -x "$rs274" ]; then
+    mkdir -p "$store"
+    cd "$store"
+    packages=(linuxcnc-uspace libboost-python1.74.0)
+    apt-get download -qq "${packages[@]}" ||
+        { apt-get update -qq && apt-get download -qq "${packages[@]}"; } || exit 77
+    for package in *.deb; do dpkg -x "$package" .; done
+    cd "$OLDPWD"
+fi
+export LD_LIBRARY_PATH=$store/usr/lib:$store/usr/lib/x86_64-linux-gnu
