@@ -148,7 +148,7 @@ fn load(name: &str) -> Machine {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(16))]
 
     /// Half a step, the contour, speed, acceleration, rest at seams and ends, the length of
     /// buffers, the end point: all of it, as `verify` sees it.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cnc::base::spline::SplineError;
 use cnc::base::{Axis, Command, Machine, Point, Source, Spline};
 use cnc::interp::{self, Motion, Move, MoveKind, Options};
-use cnc::path::{self, Curve, MeasuredSpline, PathItem, Segment};
+use cnc::path::{self, MeasuredSpline, PathItem, Segment};
 use cnc::plan::{self, Feed};
 use cnc::step;
 use cnc::verify::{Report, Setup, Verdict, verify};

@@ -344,7 +344,7 @@ impl Piece {
     }
 
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
-    /// acceleration, unless all speeds leave room for a greater one.
+    /// acceleration, unless all of it may be as fast as its ends, and leaves room for a greater one.
     pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
         let speed_max_mm_s = self.speed_sq_max().sqrt();
         let between = |accel_mm_s2: f64| {
@@ -357,7 +357,8 @@ impl Piece {
             Grip::Bent { .. } if ends_mm_s == [0.0; 2] => between(self.accel_max_mm_s2()),
             Grip::Bent { accel_mm_s2, .. } => {
                 let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
-                if 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs() {
+                let has_room = 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
+                if has_room && entry_sq.max(exit_sq) <= self.speed_sq_max() {
                     between(*accel_mm_s2)
                 } else {
                     Ramp::steady(self.length_mm, ends_mm_s)

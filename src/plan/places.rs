@@ -20,6 +20,7 @@ use crate::path::{Curve, Segment};
 use super::Feed;
 use super::lookahead::Decided;
 use super::piece::Piece;
+use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
 
 /// Ends of blocks within a cut that lie closer behind another place are left out: at 4 ticks a
@@ -93,6 +94,7 @@ pub struct Places {
     tick_s: f64,
     ticks_max: f64,
     corner_mm: f64,
+    accel_max_mm_s2: f64,
     /// Pieces that braking for a place may reach back to.
     behind: VecDeque<Run>,
     /// Places in order, waiting for what speeding up again takes.
@@ -131,6 +133,7 @@ impl Places {
             tick_s: machine.bus.tick_s(),
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
+            accel_max_mm_s2: accel_max_mm_s2(machine),
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
@@ -256,11 +259,17 @@ impl Places {
         });
     }
 
-    /// Whether a tick that holds a stop may cut the corner there too far: it brakes and speeds up
-    /// over a·(T/2)²/2 each at most.
+    /// Whether a stop may have to wait for a tick's boundary. With a the acceleration before it and A
+    /// the greatest, the tick brakes over a·(s·T)²/2 and speeds up over A·((1 - s)·T)²/2 at most; the
+    /// lesser of both is greatest where they are equal, at T²/2 · a·A/(√a + √A)².
     fn may_wait(&self) -> bool {
-        let accel = self.behind.back().map_or(0.0, |run| run.piece.accel_max_mm_s2());
-        0.25 * accel * self.tick_s * self.tick_s * std::f64::consts::FRAC_PI_4 > self.corner_mm
+        if !self.has_ramps {
+            return true;
+        }
+        let before = self.behind.back().map_or(0.0, |run| run.piece.accel_max_mm_s2());
+        let roots = before.sqrt() + self.accel_max_mm_s2.sqrt();
+        let cut_mm = before * self.accel_max_mm_s2 / (roots * roots) * self.tick_s * self.tick_s;
+        0.5 * cut_mm > self.corner_mm
     }
 
     /// What braking from the plan's speed to rest here takes beyond the plan. What is too far

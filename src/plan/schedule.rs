@@ -72,6 +72,8 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
 struct Schedule {
     has_ramps: bool,
     tick_s: f64,
+    /// Greatest acceleration in any direction.
+    accel_max_mm_s2: f64,
     has_buffers: bool,
     now: Moment,
     buffer: u32,
@@ -85,6 +87,7 @@ impl Schedule {
         Schedule {
             has_ramps: feed != Feed::Constant,
             tick_s: machine.bus.tick_s(),
+            accel_max_mm_s2: accel_max_mm_s2(machine),
             has_buffers: machine.bus.motion_ticks_max().is_some(),
             now: Moment::default(),
             buffer: 0,
@@ -116,8 +119,12 @@ impl Schedule {
 
     fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2]) -> Planned {
         let mut profile = self.profile(piece, ends_mm_s);
-        let can_wait = ends_mm_s[0] == 0.0 || !self.has_ramps;
-        if can_wait && !self.guard.allows(&self.first_boundary_mm(&profile)) {
+        let has_to_wait = if self.has_ramps {
+            ends_mm_s[0] == 0.0 && !self.guard.allows_within(self.way_left_mm())
+        } else {
+            !self.guard.allows(&self.first_boundary_mm(&profile))
+        };
+        if has_to_wait {
             self.wait_for_boundary();
             profile = self.profile(piece, ends_mm_s);
         }
@@ -136,6 +143,12 @@ impl Schedule {
             buffer: self.buffer,
             bound: piece.bound,
         }
+    }
+
+    /// The way that can be made from rest in what is left of the tick.
+    fn way_left_mm(&self) -> f64 {
+        let left_s = (1.0 - self.now.share) * self.tick_s;
+        0.5 * self.accel_max_mm_s2 * left_s * left_s
     }
 
     /// Where the chord of the tick under way ends: at the next boundary, or at the profile's end
@@ -175,4 +188,10 @@ impl Schedule {
             self.buffer_start = self.now.tick;
         }
     }
+}
+
+/// The greatest acceleration in any direction: that of all linear axes together.
+pub(super) fn accel_max_mm_s2(machine: &Machine) -> f64 {
+    let axes = machine.axes.iter().filter(|profile| !profile.axis.is_rotary());
+    axes.map(|profile| profile.accel_max_mm_s2.powi(2)).sum::<f64>().sqrt()
 }

@@ -194,7 +194,7 @@ impl Choice {
             self.forced = number;
         }
         self.open.push_back(Open { place, cost_s, buffers, from });
-        if self.open.len() % 1024 == 0 {
+        if self.open.len().is_multiple_of(1024) {
             self.decide();
         }
     }
