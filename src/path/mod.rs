@@ -11,6 +11,8 @@ pub use rates::Rates;
 pub use segment::{Arc, Curve, PathItem, Segment};
 pub use spline::{MeasuredSpline, Span};
 
+pub use crate::interp::Corner;
+
 use std::sync::Arc as Shared;
 
 use crate::interp::{FULL_CIRCLE_MM, Motion, Move, MoveKind};

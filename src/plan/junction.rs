@@ -9,9 +9,8 @@
 //! ```
 
 use crate::base::machine::AxisProfile;
-use crate::base::{Axis, AxisMap, Machine};
-use crate::interp::Corner;
-use crate::path::{Rates, Segment};
+use crate::base::{Axis, AxisMap, Machine, Point};
+use crate::path::{Corner, Rates, Segment};
 
 use super::Bound;
 
@@ -27,15 +26,23 @@ pub struct Junction {
     pub bound: Bound,
     /// Angle between the directions in X, Y and Z, for the chords that ticks make of it.
     pub turn_rad: f64,
+    /// How the path bends there, where it is less a corner than a point of a chopped curve: the change
+    /// of direction over the mean length. It takes its share of the axes' acceleration.
+    pub bend_per_mm: Option<Point>,
 }
 
 impl Junction {
     /// Where the machine is at rest anyway.
-    pub const REST: Junction = Junction { speed_sq_max: 0.0, bound: Bound::Stop, turn_rad: 0.0 };
+    pub const REST: Junction =
+        Junction { speed_sq_max: 0.0, bound: Bound::Stop, turn_rad: 0.0, bend_per_mm: None };
 
     /// Where nothing changes.
-    pub const STRAIGHT: Junction =
-        Junction { speed_sq_max: f64::INFINITY, bound: Bound::Feed, turn_rad: 0.0 };
+    pub const STRAIGHT: Junction = Junction {
+        speed_sq_max: f64::INFINITY,
+        bound: Bound::Feed,
+        turn_rad: 0.0,
+        bend_per_mm: None,
+    };
 
     /// The same, at rest.
     pub fn stopped(self) -> Junction {
@@ -52,10 +59,11 @@ impl Junction {
 
     /// Where the derivatives change; between ways of this length, in the mean.
     pub fn at(a: &Rates, b: &Rates, length_mm: f64, machine: &Machine) -> Junction {
-        let change = AxisMap::from_fn(|axis| (b.tangent[axis] - a.tangent[axis]).abs());
+        let change = AxisMap::from_fn(|axis| b.tangent[axis] - a.tangent[axis]);
         let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
+        let mut is_curve = false;
         for profile in &machine.axes {
-            let change = change[profile.axis];
+            let change = change[profile.axis].abs();
             if change > STRAIGHT {
                 let jump_mm_s = jump_mm_s(profile, machine) / change;
                 let spread_sq = profile.accel_max_mm_s2 * length_mm / change;
@@ -63,8 +71,12 @@ impl Junction {
                 if speed_sq < junction.speed_sq_max {
                     junction.speed_sq_max = speed_sq;
                     junction.bound = Bound::Corner(profile.axis);
+                    is_curve = spread_sq == speed_sq;
                 }
             }
+        }
+        if is_curve {
+            junction.bend_per_mm = Some(AxisMap::from_fn(|axis| change[axis] / length_mm));
         }
         junction
     }

@@ -20,6 +20,7 @@
 use std::collections::VecDeque;
 
 use crate::base::{Event, Machine};
+use crate::path::Curve;
 
 use super::junction::Junction;
 use super::piece::Piece;
@@ -60,15 +61,19 @@ pub enum Decided {
 /// Items that are looked at together at least: so many that the passes' overhead is spread.
 const ITEMS_MIN: usize = 64;
 
-/// Share of `path_tolerance_mm` for corners within a tick; the rest is for the chords of curves.
+/// Share of `path_tolerance_mm` for corners within a tick beside curves, whose chords need the rest.
 const CORNER_SHARE: f64 = 0.5;
+
+/// The same among lines: but for rounding all of it.
+const LINES_SHARE: f64 = 0.98;
 
 /// Looks ahead over a stream of pieces.
 #[derive(Debug)]
-pub struct LookAhead {
+pub struct LookAhead<'a> {
+    machine: &'a Machine,
     has_ramps: bool,
     tick_s: f64,
-    corner_mm: f64,
+    tolerance_mm: f64,
     queue: VecDeque<Queued>,
     /// Square of the speed at the start of the queue.
     start_sq: f64,
@@ -109,13 +114,14 @@ impl Decided {
     }
 }
 
-impl LookAhead {
+impl<'a> LookAhead<'a> {
     /// From rest.
-    pub fn new(machine: &Machine, feed: Feed) -> LookAhead {
+    pub fn new(machine: &'a Machine, feed: Feed) -> LookAhead<'a> {
         LookAhead {
+            machine,
             has_ramps: feed != Feed::Constant,
             tick_s: machine.bus.tick_s(),
-            corner_mm: CORNER_SHARE * machine.path_tolerance_mm,
+            tolerance_mm: machine.path_tolerance_mm,
             queue: VecDeque::new(),
             start_sq: 0.0,
             decided: 0,
@@ -125,6 +131,7 @@ impl LookAhead {
 
     /// Takes the next item.
     pub fn push(&mut self, item: Ahead) {
+        self.bend_last(&item);
         self.queue.push_back(Queued { item, entry_sq: 0.0 });
         if !self.has_ramps {
             self.decided = self.queue.len();
@@ -133,6 +140,16 @@ impl LookAhead {
         self.hold_corner();
         if self.queue.len() >= self.enough {
             self.decide();
+        }
+    }
+
+    /// Where the last piece ends in a point of a chopped curve, it bends there.
+    fn bend_last(&mut self, next: &Ahead) {
+        let Ahead::Piece { junction, .. } = next else { return };
+        let bend_per_mm = junction.bend_per_mm.filter(|_| self.has_ramps);
+        let last = self.queue.back_mut().map(|queued| &mut queued.item);
+        if let (Some(bend_per_mm), Some(Ahead::Piece { piece, .. })) = (bend_per_mm, last) {
+            piece.bend(1, &bend_per_mm, self.machine);
         }
     }
 
@@ -247,10 +264,21 @@ impl LookAhead {
             }
             if junction.turn_rad > 0.0 {
                 turn_rad = (turn_rad + junction.turn_rad).min(std::f64::consts::PI);
-                let way_mm = 4.0 * self.corner_mm / turn_rad + 0.5 * span_mm;
+                let off_mm = self.corner_share(first, newest) * self.tolerance_mm;
+                let way_mm = 4.0 * off_mm / turn_rad + 0.5 * span_mm;
                 self.hold_window(first, newest, way_mm.max(span_mm));
             }
         }
+    }
+
+    /// The share of the path tolerance for the corners at the starts of two items.
+    fn corner_share(&self, first: usize, last: usize) -> f64 {
+        let is_line = |i: usize| match &self.queue[i].item {
+            Ahead::Piece { piece, .. } => piece.segment.curve == Curve::Line,
+            Ahead::Event(_) | Ahead::Seam(_) => true,
+        };
+        let has_lines_only = (first.saturating_sub(1)..=last).all(is_line);
+        if has_lines_only { LINES_SHARE } else { CORNER_SHARE }
     }
 
     /// Holds the way of a tick that holds the corners at the starts of two items.

@@ -10,16 +10,15 @@
 
 use std::sync::Arc;
 
-use crate::base::axis::AXES;
 use crate::base::machine::AxisProfile;
-use crate::base::{Axis, Machine};
+use crate::base::{Axis, Machine, Point};
 use crate::path::{Curve, Rates, Segment, Span};
 
 use super::junction::Junction;
 use super::{Bound, Ramp};
 
-/// How far a curve turns in a piece at most: 2.5 degrees.
-const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 144.0;
+/// How far a curve turns in a piece at most: 1.25 degrees.
+const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
 
 /// Between a piece's ends limits may be tighter than the straight line between those at the ends.
 /// The square of the speed that an axis's own allows, V²/cos²θ, bends most: at 45 degrees, where
@@ -59,7 +58,7 @@ enum Grip {
     Straight { accel_mm_s2: f64 },
     /// Conditions on the squares of the speeds at both ends of a bent piece; and the acceleration
     /// that any speed up to its greatest leaves.
-    Bent { pulls: Box<[Pull]>, accel_mm_s2: f64 },
+    Bent { pulls: Box<[Pull]>, accel_mm_s2: f64, bends: Box<[Point; 2]> },
 }
 
 /// `from · u₀ + to · u₁` has to lie between -1 and 1.
@@ -183,6 +182,20 @@ impl Piece {
         }
     }
 
+    /// Takes a line for a piece of a chopped curve: at one of its ends (0 or 1) it bends so much.
+    pub fn bend(&mut self, end: usize, bend_per_mm: &Point, machine: &Machine) {
+        if self.segment.curve != Curve::Line {
+            return;
+        }
+        let mut ends = [self.segment.rates_at(0.0); 2];
+        if let Grip::Bent { bends, .. } = &self.grip {
+            ends[0].bend_per_mm = bends[0];
+            ends[1].bend_per_mm = bends[1];
+        }
+        ends[end].bend_per_mm = *bend_per_mm;
+        self.grip = self.held(&ends, machine);
+    }
+
     /// In how many pieces it has to be cut, so that none takes longer than [`longest_s`].
     fn least_count(&self, machine: &Machine) -> f64 {
         self.length_mm / self.speed_sq_max().sqrt() / longest_s(machine)
@@ -214,34 +227,45 @@ impl Piece {
         machine: &Machine,
     ) -> Piece {
         let mut piece = Piece::at_feed(segment, shares, length_mm);
-        let mut pulls = Vec::with_capacity(2 * machine.axes.len());
-        let mut holds = [(0.0_f64, 0.0_f64, 0.0_f64); AXES];
         for profile in &machine.axes {
             let axis = profile.axis;
-            let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
-            let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
-            if t0 == 0.0 && t1 == 0.0 && b0 == 0.0 && b1 == 0.0 {
-                continue;
-            }
-            piece.hold_speed(profile, [t0.abs(), t1.abs()], machine);
-            let limit = profile.accel_max_mm_s2;
-            piece.hold_ends([limit / b0.abs(), limit / b1.abs()], Bound::Curvature(axis));
-            let along = 0.5 / length_mm;
-            pulls.push(Pull { from: (b0 - t0 * along) / limit, to: t0 * along / limit });
-            pulls.push(Pull { from: -t1 * along / limit, to: (b1 + t1 * along) / limit });
-            holds[axis as usize] = (limit, b0.abs().max(b1.abs()), t0.abs().max(t1.abs()));
+            let rates = ends.each_ref().map(|rates| rates.tangent[axis].abs() * INSIDE);
+            piece.hold_speed(profile, rates, machine);
+            let bends = ends.each_ref().map(|rates| rates.bend_per_mm[axis].abs() * INSIDE);
+            let limits = bends.map(|bend| profile.accel_max_mm_s2 / bend);
+            piece.hold_ends(limits, Bound::Curvature(axis));
         }
         match &segment.curve {
             Curve::Line | Curve::Arc(_) => piece.hold_chord(machine),
             Curve::Spline(_) => piece.hold_sagitta(ends, machine),
         }
-        let fastest_sq = piece.ends_sq_max[0].max(piece.ends_sq_max[1]);
-        let left = |(limit, bend, rate): (f64, f64, f64)| {
-            if rate > 0.0 { (limit - bend * fastest_sq) / rate } else { f64::INFINITY }
-        };
-        let accel_mm_s2 = holds.map(left).into_iter().fold(f64::INFINITY, f64::min);
-        piece.grip = Grip::Bent { pulls: pulls.into(), accel_mm_s2 };
+        piece.grip = piece.held(ends, machine);
         piece
+    }
+
+    /// How the axes hold a piece with these derivatives at its ends, up to its greatest speed.
+    fn held(&self, ends: &[Rates; 2], machine: &Machine) -> Grip {
+        let mut pulls = Vec::with_capacity(2 * machine.axes.len());
+        let fastest_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
+        let mut accel_mm_s2 = f64::INFINITY;
+        for profile in &machine.axes {
+            let (axis, limit) = (profile.axis, profile.accel_max_mm_s2);
+            let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
+            let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
+            if t0 == 0.0 && t1 == 0.0 && b0 == 0.0 && b1 == 0.0 {
+                continue;
+            }
+            let along = 0.5 / self.length_mm;
+            pulls.push(Pull { from: (b0 - t0 * along) / limit, to: t0 * along / limit });
+            pulls.push(Pull { from: -t1 * along / limit, to: (b1 + t1 * along) / limit });
+            let rate = t0.abs().max(t1.abs());
+            if rate > 0.0 {
+                let across = b0.abs().max(b1.abs()) * fastest_sq;
+                accel_mm_s2 = accel_mm_s2.min((limit - across) / rate);
+            }
+        }
+        let bends = Box::new(ends.each_ref().map(|rates| rates.bend_per_mm));
+        Grip::Bent { pulls: pulls.into(), accel_mm_s2, bends }
     }
 
     fn at_feed(segment: &Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {
@@ -313,6 +337,7 @@ impl Piece {
     /// Square of the greatest speed at its start from which the speed at its end can be brought
     /// to or below one whose square is given.
     pub fn entry_sq_max(&self, exit_sq: f64) -> f64 {
+        let exit_sq = exit_sq.min(self.ends_sq_max[1]);
         let reach = match &self.grip {
             Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
             Grip::Bent { pulls, .. } => {
@@ -379,6 +404,8 @@ fn longest_s(machine: &Machine) -> f64 {
 /// second, keeps all conditions. The set of pairs that keep them is convex and holds all equal
 /// pairs up to the piece's greatest speed, so below that the greatest value grows with the other.
 fn most(pulls: impl Iterator<Item = (f64, f64)>, given: f64) -> f64 {
-    let bound = |(own, other): (f64, f64)| (1.0 - own.signum() * other * given) / own.abs();
+    // Where the other uses all of a limit, what is left must not hang on rounding.
+    let left = |(own, other): (f64, f64)| 1.0 + 1e-9 - own.signum() * other * given;
+    let bound = |pull: (f64, f64)| left(pull) / pull.0.abs();
     pulls.map(bound).fold(f64::INFINITY, f64::min).max(0.0)
 }

@@ -17,7 +17,7 @@ use super::{Feed, Moment, Planned, Profile, Seams};
 pub struct Planner<'a, I> {
     path: I,
     cutter: Cutter<'a>,
-    ahead: LookAhead,
+    ahead: LookAhead<'a>,
     schedule: Schedule,
     ended: bool,
 }

@@ -64,10 +64,13 @@ impl<'a> Cutter<'a> {
         };
         let ramps = self.feed != Feed::Constant;
         let (ready, seams, next_seam) = (&mut self.ready, self.seams, &mut self.next_seam);
-        let mut is_at_seam = false;
-        Piece::cut(&segment, self.machine, ramps, junction, |piece, junction| {
+        let (machine, mut is_at_seam) = (self.machine, false);
+        Piece::cut(&segment, machine, ramps, junction, |mut piece, junction| {
             let end = piece.shares[1];
             let junction = if is_at_seam { Junction::REST } else { junction };
+            if let Some(bend_per_mm) = junction.bend_per_mm.filter(|_| ramps) {
+                piece.bend(0, &bend_per_mm, machine);
+            }
             ready.push_back(Ahead::Piece { piece, junction });
             let seam = seams.at(*next_seam, index, end);
             is_at_seam = seam.is_some();
