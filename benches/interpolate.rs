@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use cnc::base::{Axis, Command, Machine, Plane, Point};
 use cnc::path::{Arc, Curve, PathItem, Segment};
-use cnc::plan::{self, Feed};
+use cnc::plan::{self, Feed, Seams};
 use cnc::step;
 use cnc::tape::{Encoding, Header, Origin, Writer};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -41,7 +41,7 @@ fn circle(machine: &Machine) -> Segment {
 fn commands(segments: &[Segment], machine: &Machine) -> impl Iterator<Item = Command> {
     let start = machine.work_zero_mm;
     let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
-    let plan = plan::plan(path, machine, Feed::ExactStop, start);
+    let plan = plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start);
     step::interpolate(plan, machine, start).map(|command| match command {
         Ok(command) => command,
         Err(never) => match never {},

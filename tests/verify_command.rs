@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
-use cnc::plan::Feed;
+use cnc::plan::{Feed, Seams};
 use cnc::tape::{Encoding, Header, Origin, Writer};
 use cnc::{interp, path, plan, step};
 use serde_json::Value;
@@ -62,7 +62,7 @@ fn dump(machine: &str, encoding: Encoding) -> Vec<u8> {
     assert_eq!(checked.diagnostics, []);
     let segments = path::segments(interp::motions(&source, &machine, &options));
     let start_mm = machine.work_zero_mm;
-    let plan = plan::plan(segments, &machine, Feed::ExactStop, start_mm);
+    let plan = plan::plan(segments, &machine, Feed::ExactStop, Seams::NONE, start_mm);
     let header = Header {
         tool: "cnc".to_owned(),
         program: Origin { name: "p.nc".to_owned(), sha256: checked.sha256 },

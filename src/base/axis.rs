@@ -124,6 +124,16 @@ impl AxisSet {
         self.0 == 0
     }
 
+    /// How many axes are in the set.
+    pub fn len(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// The axes of both sets.
+    pub fn union(self, other: AxisSet) -> AxisSet {
+        AxisSet(self.0 | other.0)
+    }
+
     /// The axes of the set, in order.
     pub fn iter(self) -> impl Iterator<Item = Axis> {
         Axis::ALL.into_iter().filter(move |axis| self.contains(*axis))

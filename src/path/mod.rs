@@ -3,11 +3,15 @@
 //! Arcs, helices and splines stay what they are; nothing is chopped into chords. Moves that go nowhere are
 //! left out. This stage knows no speed but the feed asked for, no steps and no ticks.
 
+mod rates;
 mod segment;
 mod spline;
 
-pub use segment::{Arc, AxisRate, Curve, PathItem, Segment};
-pub use spline::MeasuredSpline;
+pub use rates::Rates;
+pub use segment::{Arc, Curve, PathItem, Segment};
+pub use spline::{MeasuredSpline, Span};
+
+pub use crate::interp::Corner;
 
 use std::sync::Arc as Shared;
 

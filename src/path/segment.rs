@@ -69,20 +69,6 @@ pub struct Arc {
     pub sweep_rad: f64,
 }
 
-/// How one axis moves at most while the path advances at one mm/s.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct AxisRate {
-    /// Greatest speed, in mm/s for each mm/s along the path: max |dx/ds|.
-    pub speed: f64,
-    /// Speed amplitude on the whole circle, of which the arc may hold only a part; on a line the
-    /// and on a spline the same as `speed`.
-    pub speed_amplitude: f64,
-    /// Amplitude of the acceleration across the path, in mm/s² for each (mm/s)² along it:
-    /// |d²x/ds²|. With the speed along the path it is a quarter turn out of phase. On a spline 0:
-    /// see [`MeasuredSpline::turn_within`].
-    pub bend_per_mm: f64,
-}
-
 impl Segment {
     /// Length of the path: what feed applies to. That is the length in X Y Z; of a move in other
     /// axes alone the length in U V W, and else the angle in A B C (as RS-274/NGC has it). Where
@@ -130,37 +116,34 @@ impl Segment {
         point
     }
 
-    /// How each axis moves at most: what limits on axes make of limits along the path.
-    pub fn axis_rates(&self) -> AxisMap<AxisRate> {
+    /// How fast each axis moves at most while the path advances at one mm/s: max |dx/ds|.
+    pub fn axis_speeds(&self) -> Point {
         let length_mm = self.length_mm();
         if length_mm <= 0.0 {
-            return AxisMap::default();
+            return Point::ZERO;
         }
-        if let Curve::Spline(spline) = &self.curve {
-            return spline.axis_rates();
-        }
-        let mut rates = AxisMap::from_fn(|axis| {
-            let speed = (self.to_mm[axis] - self.from_mm[axis]).abs() / length_mm;
-            AxisRate { speed, speed_amplitude: speed, bend_per_mm: 0.0 }
-        });
-        if let Curve::Arc(arc) = &self.curve {
-            let inward = (arc.radius_to_mm - arc.radius_from_mm).abs() / length_mm;
-            let turn = arc.turn_mm() / length_mm;
-            let bend_per_mm = turn * arc.sweep_rad.abs() / length_mm;
-            // The first axis goes as the cosine of the angle, so its speed as the sine; the
-            // second the other way round.
-            let [first, second] = arc.plane.axes();
-            let quarter = std::f64::consts::FRAC_PI_2;
-            for (axis, shift) in [(first, quarter), (second, 0.0)] {
-                let share = cosine_max(arc.angle_from_rad + shift, arc.sweep_rad);
-                rates[axis] = AxisRate {
-                    speed: turn * share + inward,
-                    speed_amplitude: turn + inward,
-                    bend_per_mm,
-                };
+        let mut speeds =
+            AxisMap::from_fn(|axis| (self.to_mm[axis] - self.from_mm[axis]).abs() / length_mm);
+        match &self.curve {
+            Curve::Line => {}
+            Curve::Arc(arc) => {
+                let inward = (arc.radius_to_mm - arc.radius_from_mm).abs() / length_mm;
+                let turn = arc.turn_mm() / length_mm;
+                // The first axis goes as the cosine of the angle, so its speed as the sine; the
+                // second the other way round.
+                let [first, second] = arc.plane.axes();
+                let quarter = std::f64::consts::FRAC_PI_2;
+                for (axis, shift) in [(first, quarter), (second, 0.0)] {
+                    let share = cosine_max(arc.angle_from_rad + shift, arc.sweep_rad);
+                    speeds[axis] = turn * share + inward;
+                }
+            }
+            Curve::Spline(spline) => {
+                let xyz = Axis::LINEAR.into_iter().zip(spline.axis_speeds());
+                xyz.for_each(|(axis, speed)| speeds[axis] = speed);
             }
         }
-        rates
+        speeds
     }
 }
 
@@ -243,17 +226,17 @@ mod tests {
             let [x, y] = curve.point_at(end);
             *if end == 0.0 { &mut arc.from_mm } else { &mut arc.to_mm } = xyz(x, y, end);
         }
-        let (rates, length, step) = (arc.axis_rates(), arc.length_mm(), 1e-4);
+        let (rates, length, step) = (arc.axis_speeds(), arc.length_mm(), 1e-4);
         for k in 1..9999 {
             let share = f64::from(k) * step;
             let (a, b) = (arc.point_at(share), arc.point_at(share + step));
             for axis in Axis::LINEAR {
                 let speed = (b[axis] - a[axis]).abs() / (step * length);
-                assert!(speed <= rates[axis].speed + 1e-9, "{axis} at {share}: {speed}");
+                assert!(speed <= rates[axis] + 1e-9, "{axis} at {share}: {speed}");
             }
         }
         // x goes as the cosine: its speed is greatest at the end, sin(1.2).
-        assert!((rates[Axis::X].speed - 1.2_f64.sin() * 9.0 / length).abs() < 1e-12);
+        assert!((rates[Axis::X] - 1.2_f64.sin() * 9.0 / length).abs() < 1e-12);
     }
 
     #[test]

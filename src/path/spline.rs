@@ -13,11 +13,8 @@
 //!
 //! [`SPAN_ERROR_MM`]: crate::base::spline::SPAN_ERROR_MM
 
-use std::collections::VecDeque;
-
-use super::AxisRate;
+use crate::base::Spline;
 use crate::base::spline::Bezier;
-use crate::base::{Axis, AxisMap, Spline};
 
 /// The place at a length is found within this along the curve.
 pub const PLACE_ERROR_MM: f64 = 1e-9;
@@ -40,23 +37,24 @@ pub struct MeasuredSpline {
     pieces: Vec<Bezier>,
     spans: Vec<Span>,
     length_mm: f64,
-    /// Greatest |d²x/ds²| of X, Y and Z.
-    bends_per_mm: Vector,
 }
 
+/// A stretch of a spline that hardly turns. Where the direction at its start is not that at the end
+/// of the one before, there is a corner or a cusp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Span {
+pub struct Span {
     piece: usize,
     /// Parameters of its ends.
     from: f64,
     to: f64,
-    /// Length of the curve up to its start, and of itself.
-    start_mm: f64,
-    length_mm: f64,
-    /// Directions at both ends.
-    tangents: [Vector; 2],
-    /// How much the curve has turned at once, at corners and cusps, up to its start and its end.
-    corners: [f64; 2],
+    /// Length of the curve up to its start.
+    pub start_mm: f64,
+    /// Its own length.
+    pub length_mm: f64,
+    /// Directions at both ends: dx/ds of X, Y and Z.
+    pub tangents: [Vector; 2],
+    /// How the direction changes along it, a mm, at the sharpest of three places: d²x/ds².
+    pub bends_per_mm: Vector,
 }
 
 impl MeasuredSpline {
@@ -70,19 +68,15 @@ impl MeasuredSpline {
                 if length_mm > 0.0 {
                     let tangent = tangents(curve, from, to);
                     let tangents = [tangent(from), tangent(to)];
-                    let corners = corners(spans.last(), &tangents);
-                    spans.push(Span { piece, from, to, start_mm, length_mm, tangents, corners });
+                    let bends_per_mm = bends_per_mm(curve, [from, to], length_mm, &tangents);
+                    let ends =
+                        Span { piece, from, to, start_mm, length_mm, tangents, bends_per_mm };
+                    spans.push(ends);
                     start_mm += length_mm;
                 }
             });
         }
-        let bends_per_mm = bends_per_mm(&pieces, &spans);
-        (start_mm > 0.0).then_some(MeasuredSpline {
-            pieces,
-            spans,
-            length_mm: start_mm,
-            bends_per_mm,
-        })
+        (start_mm > 0.0).then_some(MeasuredSpline { pieces, spans, length_mm: start_mm })
     }
 
     /// Length of the curve.
@@ -117,75 +111,18 @@ impl MeasuredSpline {
         curve.at(u)
     }
 
-    /// How X, Y and Z move at most while the path advances at one mm/s.
-    pub fn axis_rates(&self) -> AxisMap<AxisRate> {
-        let mut rates = AxisMap::default();
-        for (i, axis) in Axis::LINEAR.into_iter().enumerate() {
+    /// Its spans, in order.
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    /// How fast X, Y and Z move at most while the path advances at one mm/s.
+    pub fn axis_speeds(&self) -> Vector {
+        std::array::from_fn(|i| {
             let tangents = self.spans.iter().flat_map(|span| span.tangents);
             let greatest = tangents.map(|tangent| tangent[i].abs()).fold(0.0, f64::max);
-            if greatest > 0.0 {
-                let speed = (greatest + BETWEEN_ENDS).min(1.0);
-                rates[axis] = AxisRate { speed, speed_amplitude: speed, bend_per_mm: 0.0 };
-            }
-        }
-        rates
-    }
-
-    /// By how much the rates of X, Y and Z change at most within a way along the curve: what
-    /// directions at the ends of spans tell, or less where the greatest bend, of three places a
-    /// span, and all corners on the way come to less.
-    pub fn turn_within(&self, way_mm: f64) -> [f64; 3] {
-        let mut greatest = [0.0_f64; 3];
-        let mut ranges: [Range; 3] = Default::default();
-        let mut end = 0;
-        for (start, span) in self.spans.iter().enumerate() {
-            // A way that begins in this span ends before this.
-            let end_mm = span.start_mm + span.length_mm + way_mm;
-            while self.spans.get(end).is_some_and(|last| end == start || last.start_mm < end_mm) {
-                for tangent in self.spans[end].tangents {
-                    (0..3).for_each(|i| ranges[i].add(end, tangent[i]));
-                }
-                end += 1;
-            }
-            let corners = self.spans[end - 1].corners[1] - span.corners[0];
-            for i in 0..3 {
-                let bent = self.bends_per_mm[i] * way_mm + corners;
-                greatest[i] = greatest[i].max(ranges[i].width(start).min(bent));
-            }
-        }
-        greatest
-    }
-}
-
-/// Greatest and least of the values of a moving window.
-#[derive(Debug, Default)]
-struct Range {
-    /// Places and values, each greater (less) than all that follow.
-    greatest: VecDeque<(usize, f64)>,
-    least: VecDeque<(usize, f64)>,
-}
-
-impl Range {
-    fn add(&mut self, place: usize, value: f64) {
-        while self.greatest.back().is_some_and(|last| last.1 <= value) {
-            self.greatest.pop_back();
-        }
-        while self.least.back().is_some_and(|last| last.1 >= value) {
-            self.least.pop_back();
-        }
-        self.greatest.push_back((place, value));
-        self.least.push_back((place, value));
-    }
-
-    /// Greatest less least, of the values from a place on.
-    fn width(&mut self, first: usize) -> f64 {
-        for values in [&mut self.greatest, &mut self.least] {
-            while values.front().is_some_and(|value| value.0 < first) {
-                values.pop_front();
-            }
-        }
-        let front = |values: &VecDeque<(usize, f64)>| values.front().map_or(0.0, |value| value.1);
-        front(&self.greatest) - front(&self.least)
+            if greatest > 0.0 { (greatest + BETWEEN_ENDS).min(1.0) } else { 0.0 }
+        })
     }
 }
 
@@ -226,35 +163,32 @@ fn tangents(curve: &Bezier, from: f64, to: f64) -> impl Fn(f64) -> Vector {
     }
 }
 
-/// How much the curve has turned at once up to both ends of a span that follows another. A span
-/// that turns by more than a span should holds a cusp.
-fn corners(before: Option<&Span>, tangents: &[Vector; 2]) -> [f64; 2] {
-    let start = before.map_or(0.0, |before| {
-        before.corners[1] + length(difference(tangents[0], before.tangents[1]))
-    });
-    let within = length(difference(tangents[1], tangents[0]));
-    [start, start + if within > SPAN_TURN { within } else { 0.0 }]
-}
-
-/// The greatest bend of each axis.
-fn bends_per_mm(pieces: &[Bezier], spans: &[Span]) -> Vector {
-    let mut greatest = [0.0_f64; 3];
-    for span in spans {
-        for share in [0.0, 0.5, 1.0] {
-            let bend = bend(&pieces[span.piece], span.from + (span.to - span.from) * share);
-            greatest = std::array::from_fn(|i| greatest[i].max(bend[i].abs()));
+/// The greatest bend of each axis at three places of a span; what its ends tell, where the curve
+/// stands still by its parameter.
+fn bends_per_mm(
+    curve: &Bezier,
+    [from, to]: [f64; 2],
+    length_mm: f64,
+    tangents: &[Vector; 2],
+) -> Vector {
+    let mean = difference(tangents[1], tangents[0]).map(|part| part / length_mm);
+    let mut bends = mean;
+    for share in [0.0, 0.5, 1.0] {
+        let here = bend(curve, from + (to - from) * share);
+        for i in 0..3 {
+            if here[i].is_finite() && here[i].abs() > bends[i].abs() {
+                bends[i] = here[i];
+            }
         }
     }
-    greatest
+    bends
 }
 
 /// How the direction changes along the curve, a mm: the part of the second derivative across it,
-/// by the square of the first.
+/// by the square of the first. No number where the curve stands still.
 fn bend(curve: &Bezier, u: f64) -> Vector {
     let jet = curve.jet(u);
     let speed_sq: f64 = jet.first.iter().map(|d| d * d).sum();
     let along: f64 = (0..3).map(|i| jet.first[i] * jet.second[i]).sum::<f64>() / speed_sq;
-    let bend: Vector = std::array::from_fn(|i| (jet.second[i] - along * jet.first[i]) / speed_sq);
-    // Of a curve that stands still it is no number: without bounds, then.
-    bend.map(|part| if part.is_finite() { part } else { f64::INFINITY })
+    std::array::from_fn(|i| (jet.second[i] - along * jet.first[i]) / speed_sq)
 }

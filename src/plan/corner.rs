@@ -50,6 +50,18 @@ impl CornerGuard {
         self.passed.last().copied()
     }
 
+    /// Whether a chord that ends within a distance of the last corner passes all corners of this tick
+    /// within the tolerance, wherever it ends: no corner is further from a chord than from its
+    /// nearer end.
+    pub fn allows_within(&self, way_mm: f64) -> bool {
+        let from = xyz(&self.boundary_mm);
+        let is_near = |corner: &Point| {
+            let offset: [f64; 3] = std::array::from_fn(|i| xyz(corner)[i] - from[i]);
+            dot(&offset, &offset) <= self.tolerance_mm * self.tolerance_mm
+        };
+        way_mm <= self.tolerance_mm || self.passed.iter().all(is_near)
+    }
+
     /// Whether the chord to a position passes all corners of this tick within the tolerance, in
     /// their order.
     pub fn allows(&self, to_mm: &Point) -> bool {

@@ -3,24 +3,34 @@
 //! Every piece of the path gets its speed over time, on one continuous time axis; a tick does not
 //! begin anew at each block. The passes, each in its file:
 //!
-//! 1. [`limits`]: how fast axes, bus and tick let the segment go;
-//! 2. [`ramp`]: from rest to rest within them, or at constant feed;
-//! 3. buffers, here: where node buffers end. No buffer ends while an axis moves; a segment longer
-//!    than a buffer is run in equal parts, each from rest to rest;
-//! 4. [`corner`]: a corner that a tick's chord would cut too far is put on a tick boundary.
+//! 1. [`piece`]: segments cut so short that one acceleration does for a piece, and how fast axes,
+//!    bus and tick let it go;
+//! 2. [`junction`]: how fast the path may be where segments meet;
+//! 3. [`lookahead`]: the greatest speeds within all that, over the whole program;
+//! 4. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
+//! 5. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
 //!
 //! This stage knows no steps: it never rounds a position.
 
+mod bound;
 mod clock;
 mod corner;
-pub mod limits;
-pub mod ramp;
+mod junction;
+mod lookahead;
+mod piece;
+mod places;
+mod ramp;
+mod schedule;
+mod seams;
+mod source;
 
+pub use bound::Bound;
 pub use clock::Moment;
+pub use ramp::Ramp;
+pub use schedule::Planner;
+pub use seams::{Seam, SeamKind, Seams, place};
 
-use corner::CornerGuard;
-use limits::{Bound, Limits};
-use ramp::Ramp;
+use std::sync::Arc;
 
 use crate::base::{Event, Machine, Point};
 use crate::path::{PathItem, Segment};
@@ -28,8 +38,10 @@ use crate::path::{PathItem, Segment};
 /// How speed is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Feed {
-    /// At rest at the end of every block, ramps between.
+    /// As fast as the machine can follow, with look-ahead.
     #[default]
+    LookAhead,
+    /// The same, at rest at the end of every block.
     ExactStop,
     /// The feed throughout, without ramps (seed 004, section 6.5.2): for comparison, and for
     /// drivers that ramp by themselves.
@@ -43,17 +55,17 @@ pub enum Planned {
     Profile(Box<Profile>),
     /// Something that happens at rest, on a tick boundary.
     Event(Event),
+    /// A node buffer ends and the next begins, at rest, on a tick boundary.
+    Seam(SeamKind),
 }
 
 /// Motion along a piece of a segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     /// The segment.
-    pub segment: Segment,
-    /// Where on the segment the piece starts, as a share of its way.
-    pub share_from: f64,
-    /// Where on the segment the piece ends.
-    pub share_to: f64,
+    pub segment: Arc<Segment>,
+    /// Where on the segment the piece starts and ends, as shares of its way.
+    pub shares: [f64; 2],
     /// Distance along the piece over time.
     pub ramp: Ramp,
     /// When the piece starts.
@@ -82,194 +94,31 @@ impl Profile {
         if share >= 1.0 {
             return self.end_mm();
         }
-        self.segment.point_at(self.share_from + (self.share_to - self.share_from) * share)
+        self.segment.point_at(self.shares[0] + (self.shares[1] - self.shares[0]) * share)
     }
 
     /// Position at the piece's start.
     pub fn start_mm(&self) -> Point {
-        self.segment.point_at(self.share_from)
+        self.segment.point_at(self.shares[0])
     }
 
     /// Position at the piece's end.
     pub fn end_mm(&self) -> Point {
-        self.segment.point_at(self.share_to)
+        self.segment.point_at(self.shares[1])
     }
 }
 
-/// Plans a path, item by item; errors of the source pass through.
-pub fn plan<'m, E, I>(path: I, machine: &'m Machine, feed: Feed, start_mm: Point) -> Planner<'m, I>
+/// Plans a path, item by item, with node buffers that end at the seams; errors of the source pass
+/// through.
+pub fn plan<'a, E, I>(
+    path: I,
+    machine: &'a Machine,
+    feed: Feed,
+    seams: &'a Seams,
+    start_mm: Point,
+) -> Planner<'a, I>
 where
     I: Iterator<Item = Result<PathItem, E>>,
 {
-    Planner {
-        path,
-        machine,
-        feed,
-        tick_s: machine.bus.tick_s(),
-        motion_ticks_max: machine.bus.motion_ticks_max().map(u64::from),
-        now: Moment::default(),
-        buffer: 0,
-        buffer_start: 0,
-        guard: CornerGuard::new(machine, start_mm),
-        parts: None,
-    }
-}
-
-/// See [`plan`].
-#[derive(Debug)]
-pub struct Planner<'m, I> {
-    path: I,
-    machine: &'m Machine,
-    feed: Feed,
-    tick_s: f64,
-    motion_ticks_max: Option<u64>,
-    now: Moment,
-    buffer: u32,
-    /// Tick at which the buffer's first entry is executed.
-    buffer_start: u64,
-    guard: CornerGuard,
-    parts: Option<Parts>,
-}
-
-/// A segment under way, run in equal parts.
-#[derive(Debug)]
-struct Parts {
-    segment: Segment,
-    limits: Limits,
-    ramp: Ramp,
-    count: u64,
-    done: u64,
-}
-
-impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
-    type Item = Result<Planned, E>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if let Some(parts) = self.parts.take() {
-            return Some(Ok(self.next_part(parts)));
-        }
-        Some(self.path.next()?.map(|item| match item {
-            PathItem::Event(event) => self.event(event),
-            PathItem::Segment(segment) => {
-                let parts = self.parts_of(segment);
-                self.next_part(parts)
-            }
-        }))
-    }
-}
-
-impl<I> Planner<'_, I> {
-    /// An event happens on a tick boundary. One that waits for a person ends the buffer, so that
-    /// the nodes are idle while hands are in the machine.
-    fn event(&mut self, event: Event) -> Planned {
-        self.wait_for_boundary();
-        if event.kind.waits_for_person() {
-            self.start_buffer();
-        }
-        Planned::Event(event)
-    }
-
-    /// The least number of equal parts of a segment that each fit into a buffer: one, unless the
-    /// segment takes longer than a whole buffer lasts.
-    fn parts_of(&self, segment: Segment) -> Parts {
-        let limits = limits::of(&segment, self.machine, self.feed == Feed::ExactStop);
-        let length_mm = segment.length_mm();
-        let mut count = 1;
-        loop {
-            let ramp = self.ramp(length_mm / count as f64, &limits);
-            let ticks = ramp.duration_s() / self.tick_s;
-            match self.motion_ticks_max {
-                Some(max) if ticks > max as f64 => {
-                    count = (count + 1).max((count as f64 * ticks / max as f64) as u64);
-                }
-                _ => return Parts { segment, limits, ramp, count, done: 0 },
-            }
-        }
-    }
-
-    fn ramp(&self, length_mm: f64, limits: &Limits) -> Ramp {
-        match self.feed {
-            Feed::ExactStop => Ramp::rest_to_rest(length_mm, limits.speed_mm_s, limits.accel_mm_s2),
-            Feed::Constant => Ramp::constant(length_mm, limits.speed_mm_s),
-        }
-    }
-
-    fn next_part(&mut self, mut parts: Parts) -> Planned {
-        let ticks = parts.ramp.duration_s() / self.tick_s;
-        if !self.fits(ticks) {
-            self.start_buffer();
-        }
-        let mut profile = self.profile(&parts, ticks);
-        if !self.guard.allows(&self.first_boundary_mm(&profile)) {
-            self.wait_for_boundary();
-            if !self.fits(ticks) {
-                self.start_buffer();
-            }
-            profile = self.profile(&parts, ticks);
-        }
-        self.advance(&profile);
-        parts.done += 1;
-        if parts.done < parts.count {
-            self.parts = Some(parts);
-        }
-        Planned::Profile(Box::new(profile))
-    }
-
-    fn profile(&self, parts: &Parts, ticks: f64) -> Profile {
-        let share = |done: u64| done as f64 / parts.count as f64;
-        Profile {
-            segment: parts.segment.clone(),
-            share_from: share(parts.done),
-            share_to: share(parts.done + 1),
-            ramp: parts.ramp,
-            start: self.now,
-            end: self.now.after(ticks),
-            buffer: self.buffer,
-            bound: parts.limits.bound,
-        }
-    }
-
-    fn fits(&self, ticks: f64) -> bool {
-        let end = self.now.after(ticks).boundary();
-        self.motion_ticks_max.is_none_or(|max| end - self.buffer_start <= max)
-    }
-
-    /// Where the chord of the tick under way ends: at the next boundary, or at the profile's end
-    /// if that comes first.
-    fn first_boundary_mm(&self, profile: &Profile) -> Point {
-        let boundary = profile.start.tick + 1;
-        if profile.end.tick < boundary {
-            return profile.end_mm();
-        }
-        profile.position_at(boundary, self.tick_s)
-    }
-
-    fn advance(&mut self, profile: &Profile) {
-        self.now = profile.end;
-        if profile.end.tick > profile.start.tick {
-            self.guard.at_boundary(profile.position_at(profile.end.tick, self.tick_s));
-        }
-        if profile.end.share > 0.0 {
-            self.guard.pass(profile.end_mm());
-        } else {
-            self.guard.at_boundary(profile.end_mm());
-        }
-    }
-
-    /// Lets the machine rest until the tick under way is over.
-    fn wait_for_boundary(&mut self) {
-        if let Some(corner_mm) = self.guard.last_corner() {
-            self.guard.at_boundary(corner_mm);
-        }
-        self.now = Moment::at(self.now.boundary());
-    }
-
-    fn start_buffer(&mut self) {
-        self.wait_for_boundary();
-        let used = self.now.tick > self.buffer_start;
-        if self.motion_ticks_max.is_some() && used {
-            self.buffer += 1;
-            self.buffer_start = self.now.tick;
-        }
-    }
+    Planner::new(path, machine, feed, seams, start_mm)
 }

@@ -1,43 +1,77 @@
 //! The speed along one piece of the path.
 //!
 //! ```text
-//! speed_mm_s ┤    ______________
-//!            │   /              \         slope: accel_mm_s2
-//!            │  /                \        area:  length_mm
-//!          0 ┼─┴──┴─────────────┴─┴── t
-//!             ramp_s  cruise_s  ramp_s
+//! speed_mm_s ┤       ___________
+//!            │      /           \       slope: the accelerations of the legs
+//!     entry  │_____/             \      area:  length_mm
+//!            │                    \___ exit
+//!          0 ┼─────┴───────────┴───┴── t
+//!             leg 0    leg 1    leg 2
 //! ```
 
-/// A symmetric trapezoid from rest to rest: ramp up, cruise, ramp down. With no ramps it is
-/// constant speed. Where the piece is too short to reach its speed, a triangle.
+/// Distance along a piece over time: up to three legs of constant acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     length_mm: f64,
+    duration_s: f64,
+    legs: [Leg; 3],
+}
+
+/// From its start on, one acceleration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Leg {
+    start_s: f64,
+    start_mm: f64,
     speed_mm_s: f64,
     accel_mm_s2: f64,
-    ramp_s: f64,
-    cruise_s: f64,
 }
 
 impl Ramp {
-    /// From rest to rest over a length, as fast as the speed and the acceleration allow.
-    pub fn rest_to_rest(length_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> Ramp {
-        // Both ramps together take v²/a of the length; if there is less, the peak is sqrt(l·a).
-        let speed_mm_s = speed_mm_s.min((length_mm * accel_mm_s2).sqrt());
-        let ramp_s = speed_mm_s / accel_mm_s2;
-        let cruise_s = (length_mm / speed_mm_s - ramp_s).max(0.0);
-        Ramp { length_mm, speed_mm_s, accel_mm_s2, ramp_s, cruise_s }
+    /// From one speed to another over a length, as fast as a greatest speed and an acceleration
+    /// allow: up, cruise, down. The ends have to be within reach of each other.
+    pub fn between(
+        length_mm: f64,
+        [entry_mm_s, exit_mm_s]: [f64; 2],
+        speed_max_mm_s: f64,
+        accel_mm_s2: f64,
+    ) -> Ramp {
+        let [entry_sq, exit_sq] = [entry_mm_s * entry_mm_s, exit_mm_s * exit_mm_s];
+        // Up and down take all of the length at this peak: v² - v₀² + v² - v₁² = 2·a·l.
+        let peak_sq = 0.5 * (entry_sq + exit_sq) + accel_mm_s2 * length_mm;
+        let peak_mm_s = peak_sq.sqrt().min(speed_max_mm_s).max(entry_mm_s).max(exit_mm_s);
+        let [up_s, down_s] = [entry_mm_s, exit_mm_s].map(|end| (peak_mm_s - end) / accel_mm_s2);
+        let [up_mm, down_mm] =
+            [0.5 * (entry_mm_s + peak_mm_s) * up_s, 0.5 * (peak_mm_s + exit_mm_s) * down_s];
+        let cruise_mm = (length_mm - up_mm - down_mm).max(0.0);
+        let down_start_s = up_s + cruise_mm / peak_mm_s;
+        Ramp {
+            length_mm,
+            duration_s: down_start_s + down_s,
+            legs: [
+                Leg { start_s: 0.0, start_mm: 0.0, speed_mm_s: entry_mm_s, accel_mm_s2 },
+                Leg { start_s: up_s, start_mm: up_mm, speed_mm_s: peak_mm_s, accel_mm_s2: 0.0 },
+                Leg {
+                    start_s: down_start_s,
+                    start_mm: up_mm + cruise_mm,
+                    speed_mm_s: peak_mm_s,
+                    accel_mm_s2: -accel_mm_s2,
+                },
+            ],
+        }
     }
 
-    /// At one speed from start to end, as the seed's own interpolator (seed 004, eq. 6.1).
-    pub fn constant(length_mm: f64, speed_mm_s: f64) -> Ramp {
-        let cruise_s = length_mm / speed_mm_s;
-        Ramp { length_mm, speed_mm_s, accel_mm_s2: 0.0, ramp_s: 0.0, cruise_s }
+    /// From one speed to another with one acceleration. They are not both zero.
+    pub fn steady(length_mm: f64, [entry_mm_s, exit_mm_s]: [f64; 2]) -> Ramp {
+        let duration_s = 2.0 * length_mm / (entry_mm_s + exit_mm_s);
+        let accel_mm_s2 = (exit_mm_s - entry_mm_s) / duration_s;
+        let leg = Leg { start_s: 0.0, start_mm: 0.0, speed_mm_s: entry_mm_s, accel_mm_s2 };
+        let never = Leg { start_s: f64::INFINITY, ..leg };
+        Ramp { length_mm, duration_s, legs: [leg, never, never] }
     }
 
     /// How long it takes.
     pub fn duration_s(&self) -> f64 {
-        2.0 * self.ramp_s + self.cruise_s
+        self.duration_s
     }
 
     /// The length it covers.
@@ -45,30 +79,17 @@ impl Ramp {
         self.length_mm
     }
 
-    /// Whether it starts and ends at rest.
-    pub fn is_ramped(&self) -> bool {
-        self.ramp_s > 0.0
-    }
-
-    /// The greatest speed reached.
-    pub fn speed_mm_s(&self) -> f64 {
-        self.speed_mm_s
-    }
-
     /// How far along the piece at a time after its start.
     pub fn distance_mm(&self, time_s: f64) -> f64 {
-        let left_s = self.duration_s() - time_s;
-        if time_s <= 0.0 {
-            0.0
-        } else if left_s <= 0.0 {
-            self.length_mm
-        } else if time_s < self.ramp_s {
-            0.5 * self.accel_mm_s2 * time_s * time_s
-        } else if left_s < self.ramp_s {
-            self.length_mm - 0.5 * self.accel_mm_s2 * left_s * left_s
-        } else {
-            self.speed_mm_s * (time_s - 0.5 * self.ramp_s)
+        if time_s >= self.duration_s {
+            return self.length_mm;
         }
+        let is_on = |leg: &&Leg| time_s >= leg.start_s;
+        let leg = self.legs.iter().rev().find(is_on).unwrap_or(&self.legs[0]);
+        let since_s = (time_s - leg.start_s).max(0.0);
+        let distance_mm =
+            leg.start_mm + (leg.speed_mm_s + 0.5 * leg.accel_mm_s2 * since_s) * since_s;
+        distance_mm.min(self.length_mm)
     }
 }
 
@@ -80,28 +101,37 @@ mod tests {
     #[test]
     fn least_times_of_the_reference_figures() {
         // 40 mm at 20 mm/s and 100 mm/s²: 2.2 s; four of them make the square's 8.800 s.
-        assert!((Ramp::rest_to_rest(40.0, 20.0, 100.0).duration_s() - 2.2).abs() < 1e-12);
+        assert!((Ramp::between(40.0, [0.0; 2], 20.0, 100.0).duration_s() - 2.2).abs() < 1e-12);
         // 1 mm never reaches 20 mm/s: a triangle of 2·sqrt(l/a).
-        assert!((Ramp::rest_to_rest(1.0, 20.0, 100.0).duration_s() - 0.2).abs() < 1e-12);
+        assert!((Ramp::between(1.0, [0.0; 2], 20.0, 100.0).duration_s() - 0.2).abs() < 1e-12);
+        // From 10 to 20 mm/s takes 0.1 s and 1.5 mm.
+        assert!((Ramp::steady(1.5, [10.0, 20.0]).duration_s() - 0.1).abs() < 1e-12);
     }
 
     proptest! {
         #[test]
         fn distance_keeps_speed_and_acceleration(
             length_mm in 1e-4..1e3_f64, speed_mm_s in 1e-2..1e3_f64, accel_mm_s2 in 1.0..1e5_f64,
+            ends in [0.0..1.0_f64, 0.0..1.0_f64],
         ) {
-            let ramp = Ramp::rest_to_rest(length_mm, speed_mm_s, accel_mm_s2);
+            let reach_mm_s = (2.0 * accel_mm_s2 * length_mm).sqrt();
+            let ends_mm_s = ends.map(|share| share * speed_mm_s.min(reach_mm_s));
+            let ramp = Ramp::between(length_mm, ends_mm_s, speed_mm_s, accel_mm_s2);
             let step_s = ramp.duration_s() / 500.0;
             let at = |k: i32| ramp.distance_mm(f64::from(k) * step_s);
             let slack_mm = length_mm * 1e-9;
             for k in 0..500 {
                 let step_mm = at(k + 1) - at(k);
                 prop_assert!(step_mm >= -slack_mm && step_mm <= speed_mm_s * step_s + slack_mm);
-                let bend_mm = at(k + 1) - 2.0 * at(k) + at(k - 1);
-                prop_assert!(bend_mm.abs() <= accel_mm_s2 * step_s * step_s + slack_mm);
+                if k > 0 {
+                    let bend_mm = at(k + 1) - 2.0 * at(k) + at(k - 1);
+                    prop_assert!(bend_mm.abs() <= accel_mm_s2 * step_s * step_s + slack_mm);
+                }
             }
             prop_assert_eq!(at(0), 0.0);
             prop_assert!((at(500) - length_mm).abs() <= slack_mm);
+            prop_assert!((at(1) - ends_mm_s[0] * step_s).abs()
+                <= 0.5 * accel_mm_s2 * step_s * step_s + slack_mm);
         }
     }
 }

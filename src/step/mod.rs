@@ -13,7 +13,7 @@
 mod summary;
 pub mod thesis;
 
-pub use summary::{Seam, SeamKind, Summary};
+pub use summary::{Seam, Summary};
 
 use std::iter::Fuse;
 
@@ -83,6 +83,7 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
             }
             match next? {
                 Planned::Event(event) => return Some(Ok(Command::Event(event))),
+                Planned::Seam(_) => {}
                 Planned::Profile(profile) => {
                     self.track = Some(Track::new(profile, &self.steps_per_mm))
                 }
@@ -98,7 +99,7 @@ impl<I> Interpolator<I> {
         unfinished
             && match next {
                 Some(Planned::Profile(next)) => next.start >= Moment::at(self.done + 1),
-                Some(Planned::Event(_)) | None => true,
+                Some(Planned::Event(_) | Planned::Seam(_)) | None => true,
             }
     }
 

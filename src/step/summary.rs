@@ -1,11 +1,10 @@
 //! What a job comes to: ticks, seconds, ways, seams, and what limited the speed.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::base::machine::Bus;
 use crate::base::{AxisMap, Command, EventKind, Machine, Tick};
-use crate::plan::limits::Bound;
-use crate::plan::{Planned, Profile};
+use crate::plan::{Bound, Planned, Profile, SeamKind};
 
 /// Collects the figures of a job while its plan and its commands pass by.
 #[derive(Clone, Debug, Default)]
@@ -23,23 +22,19 @@ pub struct Summary {
     /// Everything but the program's own feed that set the speed of some segment.
     pub bounds: BTreeSet<Bound>,
     buffers: Vec<Buffer>,
-    last_profile: Option<ProfileEnd>,
+    /// Buffer of the motion planned last.
+    buffer: u32,
+    /// What the end of a buffer interrupts, where it is not a rest that the program asks for.
+    ends: BTreeMap<u32, SeamKind>,
 }
 
-/// A node buffer: its ticks, who moves in it, how its last motion ends.
+/// A node buffer: its ticks and who moves in it.
 #[derive(Clone, Debug)]
 struct Buffer {
     ticks: u64,
     /// All counts of each axis, or-ed: 0 where an axis rests throughout.
     moved: AxisMap<i32>,
     line: u32,
-    end: SeamKind,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct ProfileEnd {
-    buffer: u32,
-    kind: SeamKind,
 }
 
 /// The end of one node buffer and the start of the next: the machine stands while the nodes are
@@ -56,32 +51,20 @@ pub struct Seam {
     pub lost_s: f64,
 }
 
-/// What a seam interrupts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SeamKind {
-    /// Nothing: motion rests there anyway.
-    Rest,
-    /// A rapid.
-    Rapid,
-    /// A cut: it may leave a mark.
-    Cut,
-}
-
-impl SeamKind {
-    /// `rest`, `rapid` or `cut`.
-    pub fn name(self) -> &'static str {
-        match self {
-            SeamKind::Rest => "rest",
-            SeamKind::Rapid => "rapid",
-            SeamKind::Cut => "cut",
+impl Summary {
+    /// An item of the plan passes by.
+    pub fn planned(&mut self, planned: &Planned) {
+        match planned {
+            Planned::Profile(profile) => self.profile(profile),
+            Planned::Event(_) => {}
+            Planned::Seam(kind) => {
+                self.ends.insert(self.buffer, *kind);
+            }
         }
     }
-}
 
-impl Summary {
-    /// A piece of the plan passes by.
-    pub fn planned(&mut self, planned: &Planned) {
-        let Planned::Profile(profile) = planned else { return };
+    fn profile(&mut self, profile: &Profile) {
+        self.buffer = profile.buffer;
         let way_mm = profile.ramp.length_mm();
         match profile.segment.feed_mm_s {
             Some(_) => self.cut_mm += way_mm,
@@ -90,12 +73,6 @@ impl Summary {
         if profile.bound != Bound::Feed {
             self.bounds.insert(profile.bound);
         }
-        if let Some(last) = self.last_profile.filter(|last| last.buffer != profile.buffer)
-            && let Some(buffer) = self.buffers.get_mut(last.buffer as usize)
-        {
-            buffer.end = last.kind;
-        }
-        self.last_profile = Some(ProfileEnd { buffer: profile.buffer, kind: end_kind(profile) });
     }
 
     /// A command passes by.
@@ -113,7 +90,7 @@ impl Summary {
         self.ticks += 1;
         while self.buffers.len() <= tick.buffer as usize {
             let moved = AxisMap::default();
-            self.buffers.push(Buffer { ticks: 0, moved, line: 0, end: SeamKind::Rest });
+            self.buffers.push(Buffer { ticks: 0, moved, line: 0 });
         }
         let Some(buffer) = self.buffers.last_mut() else { return };
         buffer.ticks += 1;
@@ -146,50 +123,24 @@ impl Summary {
     pub fn seams(&self, machine: &Machine) -> Vec<Seam> {
         let mut tick = 0;
         let pairs = self.buffers.iter().zip(self.buffers.iter().skip(1));
-        let seam = |(before, after): (&Buffer, &Buffer)| {
+        let seam = |(buffer, (before, after)): (u32, (&Buffer, &Buffer))| {
             tick += before.ticks;
             let lost_s = before.pads_s(&machine.bus) + after.fill_s(&machine.bus);
-            Seam { tick, line: before.line, kind: before.end, lost_s }
+            let kind = self.ends.get(&buffer).copied().unwrap_or(SeamKind::Rest);
+            Seam { tick, line: before.line, kind, lost_s }
         };
-        pairs.map(seam).collect()
+        (0..).zip(pairs).map(seam).collect()
     }
 }
-
-/// How motion ends with a profile: at rest if its block ends there with a ramp.
-fn end_kind(profile: &Profile) -> SeamKind {
-    if profile.share_to >= 1.0 && profile.ramp.is_ramped() {
-        SeamKind::Rest
-    } else if profile.segment.feed_mm_s.is_some() {
-        SeamKind::Cut
-    } else {
-        SeamKind::Rapid
-    }
-}
-
-/// Bytes on the wire for filling a node beside its buffer's entries: command and two answers.
-const FILL_EXTRA_BYTES: u32 = 4;
-/// Bytes on the wire for a tick: sync byte and answer.
-const TICK_BYTES: u32 = 2;
-/// How long a node takes over a tick without steps (seed 004, appendix C).
-const ZERO_TICK_S: f64 = 26e-6;
-/// Bits on the wire for a byte: start, eight, stop.
-const BITS_A_BYTE: u32 = 10;
 
 impl Buffer {
     /// Filling the nodes that move, one after the other.
     fn fill_s(&self, bus: &Bus) -> f64 {
-        let bytes = bus.buffer_ticks + FILL_EXTRA_BYTES;
-        let moving = self.moved.0.iter().filter(|moved| **moved != 0).count();
-        moving as f64 * wire_s(bytes, bus)
+        bus.fill_s(self.moved.0.iter().filter(|moved| **moved != 0).count())
     }
 
     /// The zero entries after the last motion, as fast as answers come.
     fn pads_s(&self, bus: &Bus) -> f64 {
-        let pads = u64::from(bus.buffer_ticks).saturating_sub(self.ticks);
-        pads as f64 * (wire_s(TICK_BYTES, bus) + ZERO_TICK_S)
+        u64::from(bus.buffer_ticks).saturating_sub(self.ticks) as f64 * bus.pad_s()
     }
-}
-
-fn wire_s(bytes: u32, bus: &Bus) -> f64 {
-    f64::from(bytes * BITS_A_BYTE) / f64::from(bus.baud)
 }

@@ -90,6 +90,9 @@ struct AxisState {
     ramps: Worst,
     rests: Worst,
     travel: Worst,
+    /// The direction in which it moved last, and the ticks since that was another one.
+    sign: i32,
+    since_reversal: usize,
 }
 
 impl AxisState {
@@ -106,6 +109,19 @@ impl AxisState {
             ramps: Worst::default(),
             rests: Worst::default(),
             travel: Worst::default(),
+            sign: 0,
+            since_reversal: HISTORY,
+        }
+    }
+
+    /// The axis has moved in a direction, or not.
+    fn direction(&mut self, sign: i32) {
+        self.since_reversal += 1;
+        if sign != 0 {
+            if sign == -self.sign {
+                self.since_reversal = 0;
+            }
+            self.sign = sign;
         }
     }
 
@@ -195,6 +211,7 @@ impl Walker {
             state.counts.take(f64::from(size), f64::from(state.count_max), self.place);
             self.at_steps[axis] = self.at_steps[axis].saturating_add(i64::from(count));
             state.position(self.at_steps[axis], self.place);
+            state.direction(count.signum());
         }
         self.remember(false);
     }
@@ -226,19 +243,47 @@ impl Walker {
             if a.standing && standing && a.steps == self.at_steps && b.steps == self.at_steps {
                 continue;
             }
-            // Only at a corner, where blocks meet, or from and to rest may the speed make a step.
-            let has_corner = rests || self.in_block < 2 * half;
+            // Only at a corner, where blocks meet or the way turns, or from and to rest may the speed
+            // make a step.
+            let has_corner =
+                rests || self.in_block < 2 * half || self.turns(&a.steps, &b.steps, &self.at_steps);
             let width = half as f64;
             for state in &mut self.axes {
                 let axis = state.profile.axis;
                 let bend = (self.at_steps[axis] - b.steps[axis]) - (b.steps[axis] - a.steps[axis]);
                 let value = bend.unsigned_abs() as f64 / (width * width);
-                let jump = if has_corner { state.jump } else { 0.0 };
+                let jump = match has_corner || state.since_reversal < 2 * half {
+                    true => state.jump,
+                    false => 0.0,
+                };
                 let limit = state.accel + jump / width + 2.0 / (width * width);
                 let worst = if rests { &mut state.rests } else { &mut state.ramps };
                 worst.take(value, limit, b.place);
             }
         }
+    }
+
+    /// Whether the way turns between three positions by more than the rounding of positions to
+    /// steps explains: half a step on each axis at either end of both chords.
+    fn turns(&self, from: &AxisMap<i64>, by: &AxisMap<i64>, to: &AxisMap<i64>) -> bool {
+        let (mut before_sq, mut after_sq, mut dot, mut step_sq) = (0.0, 0.0, 0.0, 0.0);
+        for AxisState { profile, .. } in &self.axes {
+            let (axis, step) = (profile.axis, 1.0 / profile.steps_per_mm);
+            let [before, after] = [by[axis] - from[axis], to[axis] - by[axis]];
+            let [before, after] = [before as f64 * step, after as f64 * step];
+            before_sq += before * before;
+            after_sq += after * after;
+            dot += before * after;
+            if before != 0.0 || after != 0.0 {
+                step_sq += step * step;
+            }
+        }
+        // A chord of length l turns by at most step/l when its ends move by half a step each; the
+        // sine of small angles, so squares are compared: sin² = 1 - dot²/(l₁²·l₂²).
+        let shorter_sq = f64::min(before_sq, after_sq);
+        let noise_sq = 4.0 * step_sq / shorter_sq;
+        let sine_sq = 1.0 - dot * dot / (before_sq * after_sq);
+        shorter_sq <= 4.0 * step_sq || dot < 0.0 || sine_sq > noise_sq
     }
 
     fn end(mut self, path_end_steps: AxisMap<i64>) -> Walk {

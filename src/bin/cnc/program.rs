@@ -10,7 +10,7 @@ use cnc::base::machine::Rapid;
 use cnc::base::{Axis, Command, Machine, Point, Source};
 use cnc::interp::{self, Checked, RunError};
 use cnc::path::{self, PathItem};
-use cnc::plan::{self, Feed};
+use cnc::plan::{self, Feed, Seams};
 use cnc::step::{self, Summary, thesis};
 use cnc::tape::{Encoding, Header, Origin};
 
@@ -39,8 +39,10 @@ pub struct MotionArgs {
 /// How speed is planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum FeedMode {
-    /// Ramps; at rest at the end of every block
+    /// As fast as the axes can follow, with look-ahead
     #[default]
+    LookAhead,
+    /// The same, at rest at the end of every block
     ExactStop,
     /// The feed throughout, without ramps: for comparison, and for drivers that ramp by themselves
     Constant,
@@ -65,6 +67,7 @@ pub struct Program {
     pub inputs: Vec<Origin>,
     options: interp::Options,
     feed: Feed,
+    seams: Seams,
 }
 
 impl Program {
@@ -105,13 +108,15 @@ impl Program {
             return Ok(Err(Exit::BadInput));
         }
         let feed = match motion.feed {
+            FeedMode::LookAhead => Feed::LookAhead,
             FeedMode::ExactStop => Feed::ExactStop,
             FeedMode::Constant => Feed::Constant,
         };
         let subprograms = checked.inputs.iter().cloned();
         let subprograms = subprograms.map(|(name, sha256)| Origin { name, sha256 });
         let inputs = tools_origin.into_iter().chain(subprograms).collect();
-        Ok(Ok(Program { source, machine, checked, inputs, options, feed }))
+        let seams = plan::place(path_of(&source, &machine, &options), &machine, feed)?;
+        Ok(Ok(Program { source, machine, checked, inputs, options, feed, seams }))
     }
 
     /// Where the job starts, in machine coordinates.
@@ -126,7 +131,7 @@ impl Program {
 
     /// The path that the program means.
     pub fn path(&self) -> impl Iterator<Item = Result<PathItem, RunError>> {
-        path::segments(interp::motions(&self.source, &self.machine, &self.options))
+        path_of(&self.source, &self.machine, &self.options)
     }
 
     /// The commands of the job; the summary grows as they are taken.
@@ -135,7 +140,7 @@ impl Program {
         summary: &'a RefCell<Summary>,
     ) -> impl Iterator<Item = Result<Command, RunError>> + 'a {
         let start = self.start_mm();
-        let plan = plan::plan(self.path(), &self.machine, self.feed, start);
+        let plan = plan::plan(self.path(), &self.machine, self.feed, &self.seams, start);
         let plan = plan.inspect(|planned| {
             if let Ok(planned) = planned {
                 summary.borrow_mut().planned(planned);
@@ -202,4 +207,12 @@ impl Program {
             encoding,
         }
     }
+}
+
+fn path_of<'a>(
+    source: &'a Source,
+    machine: &'a Machine,
+    options: &'a interp::Options,
+) -> impl Iterator<Item = Result<PathItem, RunError>> + 'a {
+    path::segments(interp::motions(source, machine, options))
 }

@@ -1,0 +1,315 @@
+//! The greatest speeds along the path, over as much of it as matters.
+//!
+//! ```text
+//!  u = v²          ____limits____
+//!       ┤         /:            :\          backward: from rest at the end of what is known,
+//!       ┤  ______/ :            : \         the greatest u at each node from which all that
+//!       ┤ /        :            :  \        follows can be kept
+//!     0 ┼/─────────┴────────────┴───\── s   forward: from the speed at the start, as fast as
+//!        decided ──────────────▶│           acceleration and the backward curve allow
+//!                               └ the last node that the end of what is known did not slow
+//! ```
+//!
+//! The forward curve under the backward one is the least time under these limits: the optimum for
+//! constant accelerations over the whole program, since a node is given out only when nothing
+//! that may follow can change it. That is so from the start up to the last node where the forward
+//! curve meets a limit of its own, or cannot reach the backward curve: a machine that must be at
+//! rest at the end of what is known is as fast there as one that need not be. Memory is that of
+//! the way that braking takes, v²/2a.
+
+use std::collections::VecDeque;
+
+use crate::base::{Event, Machine};
+use crate::path::Curve;
+
+use super::junction::Junction;
+use super::piece::Piece;
+use super::{Bound, Feed, SeamKind};
+
+/// An item on its way to the schedule.
+#[derive(Clone, Debug)]
+pub enum Ahead {
+    /// A piece of the path, from rest or from the piece before.
+    Piece {
+        /// The piece.
+        piece: Piece,
+        /// How it begins where the piece before ends.
+        junction: Junction,
+    },
+    /// Something that happens at rest.
+    Event(Event),
+    /// A node buffer ends and the next begins, at rest.
+    Seam(SeamKind),
+}
+
+/// An item whose speeds are decided.
+#[derive(Clone, Debug)]
+pub enum Decided {
+    /// A piece of the path.
+    Piece {
+        /// The piece.
+        piece: Piece,
+        /// Speeds at its start and end.
+        ends_mm_s: [f64; 2],
+    },
+    /// Something that happens at rest.
+    Event(Event),
+    /// A node buffer ends and the next begins, at rest.
+    Seam(SeamKind),
+}
+
+/// Items that are looked at together at least: so many that the passes' overhead is spread.
+const ITEMS_MIN: usize = 64;
+
+/// Share of `path_tolerance_mm` for corners within a tick beside curves, whose chords need the rest.
+const CORNER_SHARE: f64 = 0.5;
+
+/// The same among lines: but for rounding all of it.
+const LINES_SHARE: f64 = 0.98;
+
+/// Looks ahead over a stream of pieces.
+#[derive(Debug)]
+pub struct LookAhead<'a> {
+    machine: &'a Machine,
+    has_ramps: bool,
+    tick_s: f64,
+    tolerance_mm: f64,
+    queue: VecDeque<Queued>,
+    /// Square of the speed at the start of the queue.
+    start_sq: f64,
+    /// So many items of the queue are decided.
+    decided: usize,
+    /// Items that the queue holds before the passes run again.
+    enough: usize,
+}
+
+#[derive(Debug)]
+struct Queued {
+    item: Ahead,
+    /// Square of the speed at its start: the backward curve, then what is planned.
+    entry_sq: f64,
+}
+
+impl Queued {
+    /// Square of the greatest speed at its start.
+    fn entry_limit_sq(&self) -> f64 {
+        match &self.item {
+            Ahead::Piece { piece, junction } => junction.speed_sq_max.min(piece.ends_sq_max[0]),
+            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
+        }
+    }
+}
+
+impl Decided {
+    /// An item without look-ahead: at its greatest speed from end to end.
+    fn at_once(item: Ahead) -> Decided {
+        match item {
+            Ahead::Event(event) => Decided::Event(event),
+            Ahead::Seam(kind) => Decided::Seam(kind),
+            Ahead::Piece { piece, .. } => {
+                let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
+                Decided::Piece { piece, ends_mm_s }
+            }
+        }
+    }
+}
+
+impl<'a> LookAhead<'a> {
+    /// From rest.
+    pub fn new(machine: &'a Machine, feed: Feed) -> LookAhead<'a> {
+        LookAhead {
+            machine,
+            has_ramps: feed != Feed::Constant,
+            tick_s: machine.bus.tick_s(),
+            tolerance_mm: machine.path_tolerance_mm,
+            queue: VecDeque::new(),
+            start_sq: 0.0,
+            decided: 0,
+            enough: ITEMS_MIN,
+        }
+    }
+
+    /// Takes the next item.
+    pub fn push(&mut self, item: Ahead) {
+        self.bend_last(&item);
+        self.queue.push_back(Queued { item, entry_sq: 0.0 });
+        if !self.has_ramps {
+            self.decided = self.queue.len();
+            return;
+        }
+        self.hold_corner();
+        if self.queue.len() >= self.enough {
+            self.decide();
+        }
+    }
+
+    /// Where the last piece ends in a point of a chopped curve, it bends there.
+    fn bend_last(&mut self, next: &Ahead) {
+        let Ahead::Piece { junction, .. } = next else { return };
+        let bend_per_mm = junction.bend_per_mm.filter(|_| self.has_ramps);
+        let last = self.queue.back_mut().map(|queued| &mut queued.item);
+        if let (Some(bend_per_mm), Some(Ahead::Piece { piece, .. })) = (bend_per_mm, last) {
+            piece.bend(1, &bend_per_mm, self.machine);
+        }
+    }
+
+    /// No item follows: the path ends at rest.
+    pub fn finish(&mut self) {
+        if self.has_ramps {
+            self.backward();
+            self.forward();
+        }
+        self.decided = self.queue.len();
+    }
+
+    /// Gives the next item whose speeds are decided, if there is one.
+    pub fn pop(&mut self) -> Option<Decided> {
+        if self.decided == 0 {
+            return None;
+        }
+        self.decided -= 1;
+        let front = self.queue.pop_front()?;
+        if !self.has_ramps {
+            return Some(Decided::at_once(front.item));
+        }
+        let exit_sq = self.queue.front().map_or(0.0, |next| next.entry_sq);
+        self.start_sq = exit_sq;
+        Some(match front.item {
+            Ahead::Event(event) => Decided::Event(event),
+            Ahead::Seam(kind) => Decided::Seam(kind),
+            Ahead::Piece { piece, .. } => {
+                let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
+                Decided::Piece { piece, ends_mm_s }
+            }
+        })
+    }
+
+    fn decide(&mut self) {
+        self.backward();
+        self.decided = self.forward();
+        self.enough = ITEMS_MIN.max(2 * (self.queue.len() - self.decided));
+    }
+
+    /// The greatest speed at each node from which the machine can keep all limits that follow and
+    /// be at rest at the end.
+    fn backward(&mut self) {
+        let mut exit_sq = 0.0;
+        for queued in self.queue.iter_mut().rev() {
+            let reach_sq = match &queued.item {
+                Ahead::Piece { piece, .. } => piece.entry_sq_max(exit_sq),
+                Ahead::Event(_) | Ahead::Seam(_) => 0.0,
+            };
+            queued.entry_sq = reach_sq.min(queued.entry_limit_sq());
+            exit_sq = queued.entry_sq;
+        }
+    }
+
+    /// As fast as the backward curve allows. Gives the number of items that nothing after the
+    /// queue can change.
+    fn forward(&mut self) -> usize {
+        let (mut decided, mut entry_sq) = (0, self.start_sq);
+        let open_from = self.open_from();
+        for i in 0..self.queue.len() {
+            self.queue[i].entry_sq = entry_sq;
+            let reach_sq = match &self.queue[i].item {
+                Ahead::Piece { piece, .. } => piece.exit_sq_max(entry_sq),
+                Ahead::Event(_) | Ahead::Seam(_) => 0.0,
+            };
+            let Some(next) = self.queue.get(i + 1) else { break };
+            entry_sq = reach_sq.min(next.entry_sq);
+            if i < open_from && (reach_sq <= next.entry_sq || entry_sq >= next.entry_limit_sq()) {
+                decided = i + 1;
+            }
+        }
+        decided
+    }
+
+    /// The first item whose tick a corner after the queue may still lie in.
+    fn open_from(&self) -> usize {
+        let mut left_mm = 0.0;
+        for (i, queued) in self.queue.iter().enumerate().rev() {
+            let Ahead::Piece { piece, .. } = &queued.item else { return i };
+            if left_mm > piece.speed_sq_max().sqrt() * self.tick_s {
+                return i;
+            }
+            left_mm += piece.length_mm;
+        }
+        0
+    }
+
+    /// Holds the speed around the newest corner so that no chord of a tick cuts it, with the
+    /// corners before it, by more than their share of the path tolerance. Over a way W that turns
+    /// by Θ within a part S of it, a chord is off by at most Θ·(W/4 - S/8).
+    ///
+    /// ```text
+    ///            ,--S--.
+    ///      _____/       \_____       W: the way of a tick
+    ///     '- - - - - - - - - -'      chord
+    /// ```
+    fn hold_corner(&mut self) {
+        let newest = self.queue.len() - 1;
+        let (mut turn_rad, mut span_mm) = (0.0_f64, 0.0_f64);
+        for first in (0..=newest).rev() {
+            let Ahead::Piece { piece, junction } = &self.queue[first].item else { break };
+            if first == newest && junction.turn_rad == 0.0 {
+                break;
+            }
+            if first < newest {
+                span_mm += piece.length_mm;
+                if span_mm > piece.speed_sq_max().sqrt() * self.tick_s
+                    || junction.speed_sq_max == 0.0
+                {
+                    break;
+                }
+            }
+            if junction.turn_rad > 0.0 {
+                turn_rad = (turn_rad + junction.turn_rad).min(std::f64::consts::PI);
+                let off_mm = self.corner_share(first, newest) * self.tolerance_mm;
+                let way_mm = 4.0 * off_mm / turn_rad + 0.5 * span_mm;
+                self.hold_window(first, newest, way_mm.max(span_mm));
+            }
+        }
+    }
+
+    /// The share of the path tolerance for the corners at the starts of two items.
+    fn corner_share(&self, first: usize, last: usize) -> f64 {
+        let is_line = |i: usize| match &self.queue[i].item {
+            Ahead::Piece { piece, .. } => piece.segment.curve == Curve::Line,
+            Ahead::Event(_) | Ahead::Seam(_) => true,
+        };
+        let has_lines_only = (first.saturating_sub(1)..=last).all(is_line);
+        if has_lines_only { LINES_SHARE } else { CORNER_SHARE }
+    }
+
+    /// Holds the way of a tick that holds the corners at the starts of two items.
+    fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
+        let around = first.saturating_sub(1)..=last;
+        let fastest_sq = |i: usize| match &self.queue[i].item {
+            Ahead::Piece { piece, .. } => piece.speed_sq_max(),
+            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
+        };
+        let fastest_mm_s = around.clone().map(fastest_sq).fold(0.0, f64::max).sqrt();
+        if fastest_mm_s * self.tick_s <= way_mm {
+            return;
+        }
+        let accel = |i: usize| match &self.queue[i].item {
+            Ahead::Piece { piece, .. } => piece.accel_max_mm_s2(),
+            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
+        };
+        let accel_mm_s2 = around.map(accel).fold(0.0, f64::max);
+        // Half a tick of braking before and of speeding up after the window's middle.
+        let gain_mm = 0.25 * accel_mm_s2 * self.tick_s * self.tick_s;
+        let speed_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
+        let speed_sq = speed_mm_s * speed_mm_s;
+        for i in first..=last {
+            let Ahead::Piece { piece, junction } = &mut self.queue[i].item else { continue };
+            if speed_sq < junction.speed_sq_max {
+                junction.speed_sq_max = speed_sq;
+                junction.bound = Bound::Tick;
+            }
+            if i < last && speed_sq > 0.0 {
+                piece.bounded_by(speed_sq, Bound::Tick);
+            }
+        }
+    }
+}

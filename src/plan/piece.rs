@@ -1,0 +1,411 @@
+//! Segment → Piece: short enough that one acceleration does for it, with what axes, bus and tick
+//! make of a speed along it.
+//!
+//! A line is one piece: its axes feel the same from end to end. A curve is cut where its direction
+//! has turned by [`TURN_MAX_RAD`]; between its ends the speed's square u changes linearly with
+//! the way s, so the acceleration a = (u₁ - u₀) / 2L is constant. With x' and x'' the derivatives
+//! of an axis's position by s, its acceleration is x''·u + x'·a (as in time-optimal path
+//! parametrisation; Bobrow, Dubowsky and Gibson, 1985), which has to stay within its limit at both
+//! ends: two linear conditions on (u₀, u₁) an axis.
+
+use std::sync::Arc;
+
+use crate::base::machine::AxisProfile;
+use crate::base::{Axis, Machine, Point};
+use crate::path::{Curve, Rates, Segment, Span};
+
+use super::junction::Junction;
+use super::{Bound, Ramp};
+
+/// How far a curve turns in a piece at most: 1.25 degrees.
+const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
+
+/// Between a piece's ends limits may be tighter than the straight line between those at the ends.
+/// The square of the speed that an axis's own allows, V²/cos²θ, bends most: at 45 degrees, where
+/// two axes share the limit, a chord over θ lies above it by θ² of it, which is θ²/2 of the speed.
+const INSIDE: f64 = 1.0 + TURN_MAX_RAD * TURN_MAX_RAD / 2.0;
+
+/// Share of `path_tolerance_mm` for the chords that ticks make of curves; the rest is for
+/// corners within a tick.
+const CHORD_SHARE: f64 = 0.5;
+
+/// Pieces of a segment that takes a whole buffer, at least.
+const PIECES_A_BUFFER: f64 = 64.0;
+
+/// Keeps a count below its limit whatever the rounding of positions does, in steps.
+const COUNT_MARGIN: f64 = 1e-6;
+
+/// A piece of a segment, to be run with one change of speed.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// The segment.
+    pub segment: Arc<Segment>,
+    /// Where on the segment the piece starts and ends, as shares of its way.
+    pub shares: [f64; 2],
+    /// Its length, as feed counts it.
+    pub length_mm: f64,
+    /// Squares of the greatest speeds at its start and end; between them they change evenly.
+    pub ends_sq_max: [f64; 2],
+    /// What sets that speed.
+    pub bound: Bound,
+    grip: Grip,
+}
+
+/// How the axes hold the path: which changes of speed they can follow.
+#[derive(Clone, Debug)]
+enum Grip {
+    /// Acceleration along a line.
+    Straight { accel_mm_s2: f64 },
+    /// Conditions on the squares of the speeds at both ends of a bent piece; and the acceleration
+    /// that any speed up to its greatest leaves.
+    Bent { pulls: Box<[Pull]>, accel_mm_s2: f64, bends: Box<[Point; 2]> },
+}
+
+/// `from · u₀ + to · u₁` has to lie between -1 and 1.
+#[derive(Clone, Copy, Debug)]
+struct Pull {
+    from: f64,
+    to: f64,
+}
+
+impl Piece {
+    /// Cuts a segment into pieces, each with the junction at its start, for the first of which
+    /// there is `first`. Without ramps lines and arcs are run at the speed that the whole of them can
+    /// be run at, whatever accelerations that takes.
+    pub fn cut(
+        segment: &Arc<Segment>,
+        machine: &Machine,
+        ramps: bool,
+        first: Junction,
+        mut take: impl FnMut(Piece, Junction),
+    ) {
+        if let Curve::Spline(spline) = &segment.curve {
+            return Piece::cut_spline(segment, spline.spans(), machine, ramps, first, take);
+        }
+        let length_mm = segment.length_mm();
+        let mut whole = Piece::whole(segment, machine);
+        if !ramps {
+            whole.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+        }
+        let least = whole.least_count(machine);
+        let turn_rad = match &segment.curve {
+            Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
+            Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
+        };
+        // A curve in two at least, so that from rest to rest it has somewhere to be fast.
+        let count = if turn_rad > 0.0 { (turn_rad / TURN_MAX_RAD).max(2.0) } else { 1.0 };
+        let count = count.max(least).ceil() as u64;
+        let length_mm = length_mm / count as f64;
+        let (mut from, mut junction) = (0.0, first);
+        let mut rates_from = segment.rates_at(from);
+        for k in 1..=count {
+            let to = k as f64 / count as f64;
+            let shares = [from, to];
+            from = to;
+            let piece = if turn_rad > 0.0 {
+                let rates_to = segment.rates_at(to);
+                let ends = [std::mem::replace(&mut rates_from, rates_to), rates_to];
+                Piece::bent(segment, shares, length_mm, &ends, machine)
+            } else {
+                Piece { shares, length_mm, ..whole.clone() }
+            };
+            take(piece, junction);
+            junction = Junction::STRAIGHT;
+        }
+    }
+
+    /// A spline span by span: its corners and cusps lie between them.
+    fn cut_spline(
+        segment: &Arc<Segment>,
+        spans: &[Span],
+        machine: &Machine,
+        ramps: bool,
+        first: Junction,
+        mut take: impl FnMut(Piece, Junction),
+    ) {
+        let length_mm = segment.length_mm();
+        let mut rates = segment.rates_at(0.0);
+        let mut before: Option<Rates> = None;
+        for (number, span) in (1..).zip(spans) {
+            let junction = before.map_or(first, |before| {
+                rates.follow(span, 0);
+                Junction::at(&before, &rates, length_mm, machine)
+            });
+            let share = |at_mm: f64| at_mm / length_mm;
+            let is_last = number == spans.len();
+            let end = if is_last { 1.0 } else { share(span.start_mm + span.length_mm) };
+            let shares = [share(span.start_mm), end];
+            let ends = [0, 1].map(|end| {
+                rates.follow(span, end);
+                rates
+            });
+            before = Some(rates);
+            let mut piece = Piece::bent(segment, shares, span.length_mm, &ends, machine);
+            if !ramps {
+                piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+            }
+            // In two at least where it is the only one.
+            let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
+            piece.split(least, ends, machine, ramps, junction, &mut take);
+        }
+    }
+
+    /// Gives out a bent piece in equal parts, so many at least.
+    fn split(
+        self,
+        least: f64,
+        ends: [Rates; 2],
+        machine: &Machine,
+        ramps: bool,
+        first: Junction,
+        take: &mut impl FnMut(Piece, Junction),
+    ) {
+        let count = self.least_count(machine).max(least).ceil() as u64;
+        if count == 1 {
+            return take(self, first);
+        }
+        let (length_mm, mut junction) = (self.length_mm / count as f64, first);
+        let at = |k: u64| k as f64 / count as f64;
+        let share = |k: u64| match k {
+            k if k == count => self.shares[1],
+            k => self.shares[0] + (self.shares[1] - self.shares[0]) * at(k),
+        };
+        for k in 0..count {
+            let part = [k, k + 1].map(|k| ends[0].toward(&ends[1], at(k)));
+            let shares = [share(k), share(k + 1)];
+            let mut piece = Piece::bent(&self.segment, shares, length_mm, &part, machine);
+            if !ramps {
+                piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+            }
+            take(piece, junction);
+            junction = Junction::STRAIGHT;
+        }
+    }
+
+    /// Takes a line for a piece of a chopped curve: at one of its ends (0 or 1) it bends so much.
+    pub fn bend(&mut self, end: usize, bend_per_mm: &Point, machine: &Machine) {
+        if self.segment.curve != Curve::Line {
+            return;
+        }
+        let mut ends = [self.segment.rates_at(0.0); 2];
+        if let Grip::Bent { bends, .. } = &self.grip {
+            ends[0].bend_per_mm = bends[0];
+            ends[1].bend_per_mm = bends[1];
+        }
+        ends[end].bend_per_mm = *bend_per_mm;
+        self.grip = self.held(&ends, machine);
+    }
+
+    /// In how many pieces it has to be cut, so that none takes longer than [`longest_s`].
+    fn least_count(&self, machine: &Machine) -> f64 {
+        self.length_mm / self.speed_sq_max().sqrt() / longest_s(machine)
+    }
+
+    /// A segment as one piece, with the speed that all of it can be run at and, on a line, the
+    /// acceleration.
+    fn whole(segment: &Arc<Segment>, machine: &Machine) -> Piece {
+        let mut piece = Piece::at_feed(segment, [0.0, 1.0], segment.length_mm());
+        let speeds = segment.axis_speeds();
+        let mut accel_mm_s2 = f64::INFINITY;
+        for profile in &machine.axes {
+            let rate = speeds[profile.axis];
+            if rate > 0.0 {
+                piece.hold_speed(profile, [rate; 2], machine);
+                accel_mm_s2 = accel_mm_s2.min(profile.accel_max_mm_s2 / rate);
+            }
+        }
+        piece.hold_chord(machine);
+        piece.grip = Grip::Straight { accel_mm_s2 };
+        piece
+    }
+
+    fn bent(
+        segment: &Arc<Segment>,
+        shares: [f64; 2],
+        length_mm: f64,
+        ends: &[Rates; 2],
+        machine: &Machine,
+    ) -> Piece {
+        let mut piece = Piece::at_feed(segment, shares, length_mm);
+        for profile in &machine.axes {
+            let axis = profile.axis;
+            let rates = ends.each_ref().map(|rates| rates.tangent[axis].abs() * INSIDE);
+            piece.hold_speed(profile, rates, machine);
+            let bends = ends.each_ref().map(|rates| rates.bend_per_mm[axis].abs() * INSIDE);
+            let limits = bends.map(|bend| profile.accel_max_mm_s2 / bend);
+            piece.hold_ends(limits, Bound::Curvature(axis));
+        }
+        match &segment.curve {
+            Curve::Line | Curve::Arc(_) => piece.hold_chord(machine),
+            Curve::Spline(_) => piece.hold_sagitta(ends, machine),
+        }
+        piece.grip = piece.held(ends, machine);
+        piece
+    }
+
+    /// How the axes hold a piece with these derivatives at its ends, up to its greatest speed.
+    fn held(&self, ends: &[Rates; 2], machine: &Machine) -> Grip {
+        let mut pulls = Vec::with_capacity(2 * machine.axes.len());
+        let fastest_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
+        let mut accel_mm_s2 = f64::INFINITY;
+        for profile in &machine.axes {
+            let (axis, limit) = (profile.axis, profile.accel_max_mm_s2);
+            let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
+            let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
+            if t0 == 0.0 && t1 == 0.0 && b0 == 0.0 && b1 == 0.0 {
+                continue;
+            }
+            let along = 0.5 / self.length_mm;
+            pulls.push(Pull { from: (b0 - t0 * along) / limit, to: t0 * along / limit });
+            pulls.push(Pull { from: -t1 * along / limit, to: (b1 + t1 * along) / limit });
+            let rate = t0.abs().max(t1.abs());
+            if rate > 0.0 {
+                let across = b0.abs().max(b1.abs()) * fastest_sq;
+                accel_mm_s2 = accel_mm_s2.min((limit - across) / rate);
+            }
+        }
+        let bends = Box::new(ends.each_ref().map(|rates| rates.bend_per_mm));
+        Grip::Bent { pulls: pulls.into(), accel_mm_s2, bends }
+    }
+
+    fn at_feed(segment: &Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {
+        let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        Piece {
+            segment: Arc::clone(segment),
+            shares,
+            length_mm,
+            ends_sq_max: [feed_mm_s * feed_mm_s; 2],
+            bound: Bound::Feed,
+            grip: Grip::Straight { accel_mm_s2: f64::INFINITY },
+        }
+    }
+
+    /// Holds the speed below the axis's own, and its counts below what its node makes in a tick.
+    fn hold_speed(&mut self, profile: &AxisProfile, rates: [f64; 2], machine: &Machine) {
+        let axis = profile.axis;
+        let count_max = f64::from(machine.count_max(profile)) - COUNT_MARGIN;
+        let count_mm_s = count_max / (machine.bus.tick_s() * profile.steps_per_mm);
+        let squares = |speed_mm_s: f64| rates.map(|rate| (speed_mm_s / rate) * (speed_mm_s / rate));
+        self.hold_ends(squares(profile.speed_max_mm_s), Bound::AxisSpeed(axis));
+        self.hold_ends(squares(count_mm_s), Bound::Count(axis));
+    }
+
+    /// Holds the speed at which a tick turns a curve so far that its chord is off by its share of
+    /// the path tolerance. The sagitta over an angle θ is at most r·θ²/8; a circle is 2r wide.
+    fn hold_chord(&mut self, machine: &Machine) {
+        let Curve::Arc(arc) = &self.segment.curve else { return };
+        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+        let radius_mm = arc.radius_max_mm();
+        if 2.0 * radius_mm > off_mm {
+            let angle_rad = (8.0 * off_mm / radius_mm).sqrt();
+            let mm_a_rad = self.segment.length_mm() / arc.sweep_rad.abs();
+            let speed_mm_s = mm_a_rad * angle_rad / machine.bus.tick_s();
+            self.bounded_by(speed_mm_s * speed_mm_s, Bound::Chord);
+        }
+    }
+
+    /// The same for a bend: the sagitta over a way w is w²/8 of it.
+    fn hold_sagitta(&mut self, ends: &[Rates; 2], machine: &Machine) {
+        let tick_s = machine.bus.tick_s();
+        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+        let squares = ends.each_ref().map(|rates| {
+            let bend = Axis::LINEAR.map(|axis| rates.bend_per_mm[axis].powi(2));
+            8.0 * off_mm / bend.iter().sum::<f64>().sqrt() / (tick_s * tick_s)
+        });
+        self.hold_ends(squares, Bound::Chord);
+    }
+
+    /// Takes a limit on the square of the speed, where it is a tighter one.
+    pub fn bounded_by(&mut self, speed_sq: f64, bound: Bound) {
+        self.hold_ends([speed_sq; 2], bound);
+    }
+
+    fn hold_ends(&mut self, ends_sq: [f64; 2], bound: Bound) {
+        for (own, limit) in self.ends_sq_max.iter_mut().zip(ends_sq) {
+            if limit < *own {
+                *own = limit;
+                self.bound = bound;
+            }
+        }
+    }
+
+    /// Square of the greatest speed that all of it can be run at.
+    pub fn speed_sq_max(&self) -> f64 {
+        self.ends_sq_max[0].min(self.ends_sq_max[1])
+    }
+
+    /// Square of the greatest speed at its start from which the speed at its end can be brought
+    /// to or below one whose square is given.
+    pub fn entry_sq_max(&self, exit_sq: f64) -> f64 {
+        let exit_sq = exit_sq.min(self.ends_sq_max[1]);
+        let reach = match &self.grip {
+            Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
+            Grip::Bent { pulls, .. } => {
+                most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq)
+            }
+        };
+        reach.min(self.ends_sq_max[0])
+    }
+
+    /// Square of the greatest speed at its end that can be reached from one at its start.
+    pub fn exit_sq_max(&self, entry_sq: f64) -> f64 {
+        let reach = match &self.grip {
+            Grip::Straight { accel_mm_s2 } => entry_sq + 2.0 * accel_mm_s2 * self.length_mm,
+            Grip::Bent { pulls, .. } => {
+                most(pulls.iter().map(|pull| (pull.to, pull.from)), entry_sq)
+            }
+        };
+        reach.min(self.ends_sq_max[1])
+    }
+
+    /// The greatest acceleration along it.
+    pub fn accel_max_mm_s2(&self) -> f64 {
+        match &self.grip {
+            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
+            Grip::Bent { accel_mm_s2, .. } => {
+                accel_mm_s2.max(0.5 * self.exit_sq_max(0.0) / self.length_mm)
+            }
+        }
+    }
+
+    /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
+    /// acceleration, unless all of it may be as fast as its ends, and leaves room for a greater one.
+    pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
+        let speed_max_mm_s = self.speed_sq_max().sqrt();
+        let between = |accel_mm_s2: f64| {
+            Ramp::between(self.length_mm, ends_mm_s, speed_max_mm_s, accel_mm_s2)
+        };
+        match &self.grip {
+            Grip::Straight { accel_mm_s2 } if *accel_mm_s2 < f64::INFINITY => between(*accel_mm_s2),
+            Grip::Straight { .. } => Ramp::steady(self.length_mm, ends_mm_s),
+            // Only an estimate asks for a bent piece from rest to rest: none is ever run so.
+            Grip::Bent { .. } if ends_mm_s == [0.0; 2] => between(self.accel_max_mm_s2()),
+            Grip::Bent { accel_mm_s2, .. } => {
+                let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
+                let has_room = 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
+                if has_room && entry_sq.max(exit_sq) <= self.speed_sq_max() {
+                    between(*accel_mm_s2)
+                } else {
+                    Ramp::steady(self.length_mm, ends_mm_s)
+                }
+            }
+        }
+    }
+}
+
+/// How long a piece takes at its greatest speed at most: where motion is in node buffers, a share
+/// of one, so that there are places inside long segments where a buffer can end.
+fn longest_s(machine: &Machine) -> f64 {
+    let ticks_max = machine.bus.motion_ticks_max();
+    ticks_max.map_or(f64::INFINITY, |max| f64::from(max) * machine.bus.tick_s() / PIECES_A_BUFFER)
+}
+
+/// The greatest value whose product with the first factor, added to the given one's with the
+/// second, keeps all conditions. The set of pairs that keep them is convex and holds all equal
+/// pairs up to the piece's greatest speed, so below that the greatest value grows with the other.
+fn most(pulls: impl Iterator<Item = (f64, f64)>, given: f64) -> f64 {
+    // Where the other uses all of a limit, what is left must not hang on rounding.
+    let left = |(own, other): (f64, f64)| 1.0 + 1e-9 - own.signum() * other * given;
+    let bound = |pull: (f64, f64)| left(pull) / pull.0.abs();
+    pulls.map(bound).fold(f64::INFINITY, f64::min).max(0.0)
+}

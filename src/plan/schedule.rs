@@ -1,0 +1,197 @@
+//! Pieces with speeds → profiles: on the time axis, in node buffers, and with corners at rest on
+//! tick boundaries where a tick's chord would cut them too far.
+
+use std::sync::Arc;
+
+use crate::base::{Event, Machine, Point};
+use crate::path::PathItem;
+
+use super::corner::CornerGuard;
+use super::lookahead::{Decided, LookAhead};
+use super::piece::Piece;
+use super::source::Cutter;
+use super::{Feed, Moment, Planned, Profile, Seams};
+
+/// See [`super::plan`].
+#[derive(Debug)]
+pub struct Planner<'a, I> {
+    path: I,
+    cutter: Cutter<'a>,
+    ahead: LookAhead<'a>,
+    schedule: Schedule,
+    ended: bool,
+}
+
+impl<'a, I> Planner<'a, I> {
+    pub(super) fn new(
+        path: I,
+        machine: &'a Machine,
+        feed: Feed,
+        seams: &'a Seams,
+        start_mm: Point,
+    ) -> Planner<'a, I> {
+        Planner {
+            path,
+            cutter: Cutter::new(machine, feed, seams),
+            ahead: LookAhead::new(machine, feed),
+            schedule: Schedule::new(machine, feed, start_mm),
+            ended: false,
+        }
+    }
+}
+
+impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
+    type Item = Result<Planned, E>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(decided) = self.ahead.pop() {
+                return Some(Ok(self.schedule.take(decided)));
+            }
+            if let Some(item) = self.cutter.pop() {
+                self.ahead.push(item);
+                continue;
+            }
+            if self.ended {
+                return None;
+            }
+            match self.path.next() {
+                Some(Ok(item)) => self.cutter.push(item),
+                Some(Err(error)) => return Some(Err(error)),
+                None => {
+                    self.ended = true;
+                    self.ahead.finish();
+                }
+            }
+        }
+    }
+}
+
+/// The time axis.
+#[derive(Debug)]
+struct Schedule {
+    has_ramps: bool,
+    tick_s: f64,
+    /// Greatest acceleration in any direction.
+    accel_max_mm_s2: f64,
+    has_buffers: bool,
+    now: Moment,
+    buffer: u32,
+    /// Tick at which the buffer's first entry is executed.
+    buffer_start: u64,
+    guard: CornerGuard,
+}
+
+impl Schedule {
+    fn new(machine: &Machine, feed: Feed, start_mm: Point) -> Schedule {
+        Schedule {
+            has_ramps: feed != Feed::Constant,
+            tick_s: machine.bus.tick_s(),
+            accel_max_mm_s2: accel_max_mm_s2(machine),
+            has_buffers: machine.bus.motion_ticks_max().is_some(),
+            now: Moment::default(),
+            buffer: 0,
+            buffer_start: 0,
+            guard: CornerGuard::new(machine, start_mm),
+        }
+    }
+
+    fn take(&mut self, decided: Decided) -> Planned {
+        match decided {
+            Decided::Event(event) => self.event(event),
+            Decided::Seam(kind) => {
+                self.start_buffer();
+                Planned::Seam(kind)
+            }
+            Decided::Piece { piece, ends_mm_s } => self.piece(&piece, ends_mm_s),
+        }
+    }
+
+    /// An event happens on a tick boundary. One that waits for a person ends the buffer, so that
+    /// the nodes are idle while hands are in the machine.
+    fn event(&mut self, event: Event) -> Planned {
+        self.wait_for_boundary();
+        if event.kind.waits_for_person() {
+            self.start_buffer();
+        }
+        Planned::Event(event)
+    }
+
+    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2]) -> Planned {
+        let mut profile = self.profile(piece, ends_mm_s);
+        let has_to_wait = if self.has_ramps {
+            ends_mm_s[0] == 0.0 && !self.guard.allows_within(self.way_left_mm())
+        } else {
+            !self.guard.allows(&self.first_boundary_mm(&profile))
+        };
+        if has_to_wait {
+            self.wait_for_boundary();
+            profile = self.profile(piece, ends_mm_s);
+        }
+        self.advance(&profile);
+        Planned::Profile(Box::new(profile))
+    }
+
+    fn profile(&self, piece: &Piece, ends_mm_s: [f64; 2]) -> Profile {
+        let ramp = piece.ramp(ends_mm_s);
+        Profile {
+            segment: Arc::clone(&piece.segment),
+            shares: piece.shares,
+            ramp,
+            start: self.now,
+            end: self.now.after(ramp.duration_s() / self.tick_s),
+            buffer: self.buffer,
+            bound: piece.bound,
+        }
+    }
+
+    /// The way that can be made from rest in what is left of the tick.
+    fn way_left_mm(&self) -> f64 {
+        let left_s = (1.0 - self.now.share) * self.tick_s;
+        0.5 * self.accel_max_mm_s2 * left_s * left_s
+    }
+
+    /// Where the chord of the tick under way ends: at the next boundary, or at the profile's end
+    /// if that comes first.
+    fn first_boundary_mm(&self, profile: &Profile) -> Point {
+        let boundary = profile.start.tick + 1;
+        if profile.end.tick < boundary {
+            return profile.end_mm();
+        }
+        profile.position_at(boundary, self.tick_s)
+    }
+
+    fn advance(&mut self, profile: &Profile) {
+        self.now = profile.end;
+        if profile.end.tick > profile.start.tick {
+            self.guard.at_boundary(profile.position_at(profile.end.tick, self.tick_s));
+        }
+        if profile.end.share > 0.0 {
+            self.guard.pass(profile.end_mm());
+        } else {
+            self.guard.at_boundary(profile.end_mm());
+        }
+    }
+
+    /// Lets the machine rest until the tick under way is over.
+    fn wait_for_boundary(&mut self) {
+        if let Some(corner_mm) = self.guard.last_corner() {
+            self.guard.at_boundary(corner_mm);
+        }
+        self.now = Moment::at(self.now.boundary());
+    }
+
+    fn start_buffer(&mut self) {
+        self.wait_for_boundary();
+        if self.has_buffers && self.now.tick > self.buffer_start {
+            self.buffer += 1;
+            self.buffer_start = self.now.tick;
+        }
+    }
+}
+
+/// The greatest acceleration in any direction: that of all linear axes together.
+pub(super) fn accel_max_mm_s2(machine: &Machine) -> f64 {
+    let axes = machine.axes.iter().filter(|profile| !profile.axis.is_rotary());
+    axes.map(|profile| profile.accel_max_mm_s2.powi(2)).sum::<f64>().sqrt()
+}

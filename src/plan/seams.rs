@@ -1,0 +1,290 @@
+//! Where node buffers end: the places that cost least, over the whole program.
+//!
+//! A node holds so many ticks and stops to be filled again; every axis has to be at rest there.
+//! Which places these are is decided in a run of its own, before the plan proper. The cost of a
+//! buffer from place i to place j is
+//!
+//! ```text
+//! fill of the nodes that move in it + pads after its last tick          (of the pair i, j)
+//! + ramps that a stop at j takes + penalty, if j lies in a cut          (of j alone)
+//! ```
+//!
+//! and the least sum over all buffers is found by dynamic programming over the places within one
+//! buffer's length: exact, and linear in the program's length, since a buffer has only so many
+//! places. Ties go to the later place. Memory is that of the places that are still open; what all
+//! of them agree on is decided, at the latest after [`OPEN_BUFFERS_MAX`] buffers.
+
+use std::collections::VecDeque;
+
+use crate::base::Machine;
+use crate::base::machine::Bus;
+use crate::path::PathItem;
+
+use super::Feed;
+use super::lookahead::LookAhead;
+use super::places::{Place, Places};
+use super::source::Cutter;
+
+/// Buffers that may stay open before the cheapest way so far is taken.
+const OPEN_BUFFERS_MAX: usize = 64;
+
+/// What a place inside a block costs, so that it is taken only if there is nothing else.
+const INSIDE_PENALTY_S: f64 = 1e6;
+
+/// The places where node buffers end, in the order of the path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Seams(Vec<Seam>);
+
+/// The end of one node buffer and the start of the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seam {
+    /// Number of the segment that it lies in or ends with, from 0.
+    pub segment: u64,
+    /// Where on the segment, as a share of its way.
+    pub share: f64,
+    /// What it interrupts.
+    pub kind: SeamKind,
+}
+
+/// What a seam interrupts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SeamKind {
+    /// Nothing: motion rests there anyway.
+    Rest,
+    /// A rapid.
+    Rapid,
+    /// A cut: it may leave a mark.
+    Cut,
+}
+
+impl SeamKind {
+    /// `rest`, `rapid` or `cut`.
+    pub fn name(self) -> &'static str {
+        match self {
+            SeamKind::Rest => "rest",
+            SeamKind::Rapid => "rapid",
+            SeamKind::Cut => "cut",
+        }
+    }
+}
+
+impl Seams {
+    /// No seam: for machines without node buffers, and jobs that fit into one.
+    pub const NONE: &'static Seams = &Seams(Vec::new());
+
+    /// What the nth seam interrupts, if it lies at this place.
+    pub fn at(&self, n: usize, segment: u64, share: f64) -> Option<SeamKind> {
+        let is_here = |seam: &&Seam| seam.segment == segment && seam.share == share;
+        self.0.get(n).filter(is_here).map(|seam| seam.kind)
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &Seam> {
+        self.0.iter()
+    }
+}
+
+/// Finds the seams of a path. On a machine without node buffers there are none.
+///
+/// # Errors
+/// Those of the path.
+pub fn place<E>(
+    path: impl Iterator<Item = Result<PathItem, E>>,
+    machine: &Machine,
+    feed: Feed,
+) -> Result<Seams, E> {
+    let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(Seams::default()) };
+    let mut cutter = Cutter::new(machine, feed, Seams::NONE);
+    let mut ahead = LookAhead::new(machine, feed);
+    let mut places = Places::new(machine, feed);
+    let mut choice = Choice::new(machine, f64::from(ticks_max));
+    for item in path {
+        cutter.push(item?);
+        while let Some(item) = cutter.pop() {
+            ahead.push(item);
+            while let Some(decided) = ahead.pop() {
+                places.push(decided);
+            }
+            while let Some(place) = places.pop() {
+                choice.push(place);
+            }
+        }
+    }
+    ahead.finish();
+    while let Some(decided) = ahead.pop() {
+        places.push(decided);
+    }
+    places.finish();
+    while let Some(place) = places.pop() {
+        choice.push(place);
+    }
+    Ok(choice.finish())
+}
+
+/// Chooses among places.
+#[derive(Debug)]
+struct Choice {
+    bus: Bus,
+    tick_s: f64,
+    cut_penalty_s: f64,
+    ticks_max: f64,
+    /// Places from the last decided one on.
+    open: VecDeque<Open>,
+    /// Number of the first open place.
+    first: usize,
+    /// The last place at which a buffer has to end, by its number.
+    forced: usize,
+    seams: Vec<Seam>,
+}
+
+/// A place with the cheapest way to it.
+#[derive(Debug)]
+struct Open {
+    place: Place,
+    cost_s: f64,
+    /// Buffers up to it.
+    buffers: usize,
+    /// Number of the place where the buffer before it began.
+    from: usize,
+}
+
+impl Choice {
+    fn new(machine: &Machine, ticks_max: f64) -> Choice {
+        let start = Open { place: Place::start(), cost_s: 0.0, buffers: 0, from: 0 };
+        Choice {
+            bus: machine.bus.clone(),
+            tick_s: machine.bus.tick_s(),
+            cut_penalty_s: machine.seam_in_cut_penalty_s,
+            ticks_max,
+            open: VecDeque::from([start]),
+            first: 0,
+            forced: 0,
+            seams: Vec::new(),
+        }
+    }
+
+    /// Takes the next place: the cheapest buffer that ends there.
+    fn push(&mut self, place: Place) {
+        let number = self.first + self.open.len();
+        let place_s = self.place_s(&place);
+        let mut best: Option<(f64, usize)> = None;
+        let mut moving = place.moving;
+        for from in (self.forced.max(self.first)..number).rev() {
+            let start = &self.open[from - self.first];
+            let ticks = start.place.ticks_to(&place);
+            // Ramps are long against nothing but other ramps: without them a way too long for a
+            // buffer is so from everywhere before, too.
+            if place.at_ticks - start.place.at_ticks > self.ticks_max {
+                break;
+            }
+            if ticks <= self.ticks_max {
+                let pads = f64::from(self.bus.buffer_ticks) - ticks;
+                let refill_s = self.bus.fill_s(moving.len()) + pads * self.bus.pad_s();
+                let cost_s = start.cost_s + refill_s + place_s;
+                if best.is_none_or(|(least_s, _)| cost_s < least_s) {
+                    best = Some((cost_s, from));
+                }
+            }
+            moving = moving.union(start.place.moving);
+        }
+        // Where a place cannot be reached with one buffer it is no place.
+        let (cost_s, from) = best.unwrap_or((f64::INFINITY, self.forced.max(self.first)));
+        let buffers = self.open[from - self.first].buffers + 1;
+        if place.is_forced {
+            self.forced = number;
+        }
+        self.open.push_back(Open { place, cost_s, buffers, from });
+        if self.open.len().is_multiple_of(1024) {
+            self.decide();
+        }
+    }
+
+    /// What a stop costs by where it is.
+    fn place_s(&self, place: &Place) -> f64 {
+        let ramps_s = (place.before_ticks + place.after_ticks) * self.tick_s;
+        let penalty_s = match (place.kind, place.is_inside) {
+            (SeamKind::Cut, true) => self.cut_penalty_s + INSIDE_PENALTY_S,
+            (SeamKind::Cut, false) => self.cut_penalty_s,
+            (SeamKind::Rest | SeamKind::Rapid, _) => 0.0,
+        };
+        ramps_s + penalty_s
+    }
+
+    /// Gives out the seams that every cheapest way to the places of the last buffer shares.
+    fn decide(&mut self) {
+        let last = self.first + self.open.len() - 1;
+        let reach = |from: usize| {
+            let open = &self.open[from - self.first].place;
+            self.open[last - self.first].place.at_ticks - open.at_ticks <= self.ticks_max
+        };
+        let mut oldest = last;
+        while oldest > self.first && reach(oldest - 1) {
+            oldest -= 1;
+        }
+        let alive = (oldest..=last).filter(|n| self.open[n - self.first].cost_s < f64::INFINITY);
+        let buffers = self.open[last - self.first].buffers - self.open[0].buffers;
+        let agreed = if buffers > OPEN_BUFFERS_MAX { self.cheapest(oldest, last) } else { None };
+        let agreed = agreed.unwrap_or_else(|| self.common(alive.collect()));
+        self.give_out(agreed);
+    }
+
+    /// The last place that the cheapest ways to all of these places pass.
+    fn common(&self, mut places: Vec<usize>) -> usize {
+        places.sort_unstable();
+        while places.len() > 1 {
+            let Some(latest) = places.pop() else { break };
+            let from = self.open[latest - self.first].from.max(self.first);
+            if let Err(at) = places.binary_search(&from) {
+                places.insert(at, from);
+            }
+        }
+        places.first().copied().unwrap_or(self.first)
+    }
+
+    /// The place half way back on the cheapest way to any of the last places.
+    fn cheapest(&self, oldest: usize, last: usize) -> Option<usize> {
+        let cost = |n: &usize| self.open[n - self.first].cost_s;
+        let mut at = (oldest..=last).min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+        for _ in 0..OPEN_BUFFERS_MAX / 2 {
+            at = self.open[at - self.first].from.max(self.first);
+        }
+        Some(at)
+    }
+
+    /// Decides the way up to a place.
+    fn give_out(&mut self, place: usize) {
+        let mut way = Vec::new();
+        let mut at = place;
+        while at > self.first {
+            way.push(at);
+            at = self.open[at - self.first].from;
+        }
+        for at in way.into_iter().rev() {
+            let place = &self.open[at - self.first].place;
+            if !place.is_forced {
+                self.seams.push(Seam {
+                    segment: place.segment,
+                    share: place.share,
+                    kind: place.kind,
+                });
+            }
+        }
+        self.open.drain(..place - self.first);
+        self.first = place;
+        self.forced = self.forced.max(place);
+        // What is not reached by way of the place decided is not reached any more.
+        for at in 1..self.open.len() {
+            let from = self.open[at].from.checked_sub(self.first);
+            if from.is_none_or(|from| self.open[from].cost_s == f64::INFINITY) {
+                self.open[at].cost_s = f64::INFINITY;
+            }
+        }
+    }
+
+    fn finish(mut self) -> Seams {
+        let last = self.first + self.open.len() - 1;
+        self.open[last - self.first].place.is_forced = true;
+        self.give_out(last);
+        Seams(self.seams)
+    }
+}
