@@ -45,6 +45,11 @@ pub struct Lines<R> {
     unread: Unread,
     number: u32,
     offset: u64,
+    /// The line read last: where in the text and in the buffer it begins, and its bytes there.
+    line_offset: u64,
+    line_start: usize,
+    line_bytes: usize,
+    too_long: bool,
 }
 
 impl<R: Read> Lines<R> {
@@ -60,6 +65,10 @@ impl<R: Read> Lines<R> {
             unread: Unread::Nothing,
             number: number.saturating_sub(1),
             offset,
+            line_offset: offset,
+            line_start: 0,
+            line_bytes: 0,
+            too_long: false,
         }
     }
 
@@ -67,14 +76,23 @@ impl<R: Read> Lines<R> {
     ///
     /// # Errors
     /// When the text cannot be read.
+    #[inline]
     pub fn next_line(&mut self) -> io::Result<Option<Line<'_>>> {
-        if self.offset == 0 {
-            self.skip_byte_order_mark()?;
+        if !self.find_line()? {
+            return Ok(None);
         }
-        match self.unread {
-            Unread::Nothing => {}
-            Unread::LineFeed => self.skip_line_feed()?,
-            Unread::Rest => self.skip_rest()?,
+        Ok(Some(Line {
+            number: self.number,
+            offset: self.line_offset,
+            bytes: &self.buffer[self.line_start..self.line_start + self.line_bytes],
+            too_long: self.too_long,
+        }))
+    }
+
+    /// Goes on to the next line; false at the end of the text.
+    fn find_line(&mut self) -> io::Result<bool> {
+        if self.offset == 0 || self.unread != Unread::Nothing {
+            self.begin_line()?;
         }
         let mut searched = 0;
         let length = loop {
@@ -82,29 +100,33 @@ impl<R: Read> Lines<R> {
             match memchr::memchr2(b'\n', b'\r', &rest[searched..]) {
                 Some(at) => break searched + at,
                 None if rest.len() > LINE_BYTES_MAX => break rest.len(),
-                None if self.at_end && rest.is_empty() => return Ok(None),
+                None if self.at_end && rest.is_empty() => return Ok(false),
                 None if self.at_end => break rest.len(),
                 None => searched = rest.len(),
             }
             self.fill()?;
         };
-        let too_long = length > LINE_BYTES_MAX;
-        let (begin, offset) = (self.start, self.offset);
-        let kept = length.min(LINE_BYTES_MAX);
-        self.skip(kept);
-        if too_long {
+        self.too_long = length > LINE_BYTES_MAX;
+        (self.line_start, self.line_offset) = (self.start, self.offset);
+        self.line_bytes = length.min(LINE_BYTES_MAX);
+        self.skip(self.line_bytes);
+        if self.too_long {
             self.unread = Unread::Rest;
         } else {
             self.end_line();
         }
         self.number = self.number.saturating_add(1);
-        let bytes = &self.buffer[begin..begin + kept];
-        Ok(Some(Line { number: self.number, offset, bytes, too_long }))
+        Ok(true)
     }
 
     /// Offset in the text up to which lines have been read.
     pub fn offset(&self) -> u64 {
         self.offset
+    }
+
+    /// What the lines are read from, which may be ahead of them.
+    pub fn into_reader(self) -> R {
+        self.reader
     }
 
     /// Number of the line read last.
@@ -115,6 +137,18 @@ impl<R: Read> Lines<R> {
     fn skip(&mut self, count: usize) {
         self.start += count;
         self.offset += count as u64;
+    }
+
+    /// Steps over what is of no line: a byte order mark, the rest of the line before.
+    fn begin_line(&mut self) -> io::Result<()> {
+        if self.offset == 0 {
+            self.skip_byte_order_mark()?;
+        }
+        match self.unread {
+            Unread::Nothing => Ok(()),
+            Unread::LineFeed => self.skip_line_feed(),
+            Unread::Rest => self.skip_rest(),
+        }
     }
 
     /// Steps over the first byte of a line end, if the buffer begins with one.

@@ -1,14 +1,13 @@
 //! The first pass: a program is run whole, and all that is wrong with it is found.
 
-use std::io::{self, Read};
-
-use sha2::{Digest, Sha256};
+use std::io;
 
 use crate::base::{AxisMap, AxisSet, Diagnostic, Machine, Point, Source};
-use crate::gcode::{Block, Control, Fault, Label, MessageKind, rules};
+use crate::gcode::{Block, Control, Fault, Label, Lines, MessageKind, rules};
 
 use super::Options;
 use super::findings::Place;
+use super::hashed::HashedReader;
 use super::motion::Motion;
 use super::program::{Library, parse_line, program_number};
 use super::run::{End, PassedOver, Run};
@@ -85,6 +84,7 @@ pub fn check(
     max_diagnostics: usize,
 ) -> io::Result<Checked> {
     let mut run = Run::new(source, machine, options, max_diagnostics);
+    run.lines = Lines::new(HashedReader::new(source), 0, 1);
     run.engine.travel = Some(Travel::new(machine, options.ignore_travel));
     let mut summary = Summary { start_mm: run.engine.executor.position_mm(), ..Summary::default() };
     let mut motions = Vec::new();
@@ -122,6 +122,7 @@ pub fn check(
     run.engine.plunges.report(summary.axes_used, &mut run.engine.findings);
     let hashes = run.library.inputs.list.iter();
     let inputs = hashes.map(|input| (input.source.name().to_owned(), input.sha256)).collect();
+    let sha256 = run.lines.into_reader().sha256()?;
     let mut diagnostics = run.engine.findings.list;
     diagnostics.sort_by(|a, b| {
         let key = |found: &Diagnostic| (found.span.line, found.span.start);
@@ -131,7 +132,7 @@ pub fn check(
         diagnostics,
         errors: run.engine.findings.errors,
         warnings: run.engine.findings.warnings,
-        sha256: sha256(source)?,
+        sha256,
         inputs,
         said: run.engine.said,
         messages: run.engine.findings.messages,
@@ -207,19 +208,4 @@ fn never_called(faults: Vec<Fault>) -> Vec<Fault> {
         Fault { rule: &rules::NEVER_CALLED, message, ..fault }
     };
     faults.into_iter().map(told).collect()
-}
-
-fn sha256(source: &Source) -> io::Result<[u8; 32]> {
-    let mut hash = Sha256::new();
-    let mut reader = source.reader(0);
-    let mut chunk = vec![0; 64 * 1024];
-    loop {
-        let count = match reader.read(&mut chunk) {
-            Ok(0) => return Ok(hash.finalize().into()),
-            Ok(count) => count,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            Err(error) => return Err(error),
-        };
-        hash.update(&chunk[..count]);
-    }
 }

@@ -3,7 +3,7 @@
 
 use crate::base::{Axis, Event, EventKind, Machine};
 use crate::gcode::codes::{Stock, Turn};
-use crate::gcode::{Block, Fault, Formula, Message, MessageKind, Word, rules};
+use crate::gcode::{Assignment, Block, Fault, Formula, Message, MessageKind, Word, rules};
 
 use super::Options;
 use super::check::Said;
@@ -13,7 +13,9 @@ use super::feed::Turning;
 use super::findings::{Findings, Place};
 use super::flow::Flow;
 use super::motion::Motion;
-use super::parameters::{NoValue, Parameters, Set, Target, is_empty, is_macro_call, plain};
+use super::parameters::{
+    NoValue, Parameters, Reason, SYSTEM_FIRST, Set, Target, is_empty, is_macro_call, plain,
+};
 use super::plunge::{Plunges, is_cut};
 use super::system::read_only;
 use super::travel::Travel;
@@ -44,7 +46,6 @@ pub(super) struct Engine<'a> {
     /// The block at hand with the values of its expressions.
     computed: Option<Box<Block>>,
     left_out: Vec<u16>,
-    to_set: Vec<(Target, f64)>,
     /// Whether #3006 has asked for a stop.
     stops: bool,
 }
@@ -63,7 +64,6 @@ impl<'a> Engine<'a> {
             faults: Vec::new(),
             computed: None,
             left_out: Vec::new(),
-            to_set: Vec::new(),
             stops: false,
         }
     }
@@ -86,10 +86,16 @@ impl<'a> Engine<'a> {
         flow
     }
 
+    #[inline(never)]
     fn compute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         let mut computed = self.computed.take().unwrap_or_default();
-        computed.copy_words(block);
-        self.give_values(block, &mut computed);
+        if block.words().is_empty() && block.call.is_none() {
+            computed.clear();
+            computed.delete = block.delete;
+        } else {
+            computed.copy_words(block);
+            self.give_values(block, &mut computed);
+        }
         let alarm = self.set(block, place);
         self.stop(motions);
         for message in block.messages() {
@@ -207,7 +213,7 @@ impl<'a> Engine<'a> {
                 }
                 Ok(value) => computed.give_value(*place, plain(value)),
                 Err(error) => {
-                    self.faults.push(fault(error, word.start, word.end));
+                    self.faults.push(fault(*error, word.start, word.end));
                     self.left_out.push(*place);
                     // That a feed is missing then need not be said.
                     self.executor.feed_missed |= word.letter == b'F';
@@ -221,46 +227,66 @@ impl<'a> Engine<'a> {
 
     /// Sets parameters: all right sides first. Tells whether that raises an alarm.
     pub fn set(&mut self, block: &Block, place: Place<'_>) -> bool {
-        self.to_set.clear();
-        for assignment in block.assignments() {
-            let number = block.code(assignment.number);
-            let target = self.parameters.target(&assignment.target, number, &self.executor);
-            let value = self.parameters.value(block.code(assignment.value), &self.executor);
-            let (start, end) = (assignment.start, assignment.end);
-            // What has no value is set all the same: one fault shall not make others.
-            let value = value.unwrap_or_else(|error| {
-                self.faults.push(fault(error, start, end));
-                0.0
-            });
-            match target {
-                Ok(target) => self.to_set.push((target, value)),
-                Err(error) => self.faults.push(fault(error, start, end)),
+        match block.assignments() {
+            [] => false,
+            [assignment] => match self.assigned(block, assignment) {
+                Some((target, value)) => self.assign(&target, value, assignment, place),
+                None => false,
+            },
+            several => {
+                let found = several.iter().map(|assignment| self.assigned(block, assignment));
+                let found: Vec<_> = found.collect();
+                let mut alarm = false;
+                for (found, assignment) in found.iter().zip(several) {
+                    if let Some((target, value)) = found {
+                        alarm |= self.assign(target, *value, assignment, place);
+                    }
+                }
+                alarm
             }
         }
-        let mut alarm = false;
-        let to_set = std::mem::take(&mut self.to_set);
-        for (at, (target, value)) in to_set.iter().enumerate() {
-            let assignment = block.assignments().get(at);
-            let (start, end) = assignment.map_or((0, 1), |set| (set.start, set.end));
-            match self.set_one(target, *value) {
-                Ok(Set::Done) => {}
-                Ok(Set::Stop) => {
-                    self.stops = true;
-                    self.tell(MessageKind::Message, comment(place.text), place);
-                }
-                Ok(Set::Alarm(number)) => {
-                    alarm = true;
-                    let text = comment(place.text);
-                    let colon = if text.is_empty() { "" } else { ": " };
-                    let message =
-                        format!("the program raises alarm {}{colon}{text}", plain(number));
-                    self.faults.push(Fault::new(&rules::ALARM, start, end, message));
-                }
-                Err(error) => self.faults.push(fault(error, start, end)),
+    }
+
+    /// What an assignment sets, and to which value.
+    fn assigned(&mut self, block: &Block, assignment: &Assignment) -> Option<(Target, f64)> {
+        let (start, end) = (assignment.start, assignment.end);
+        let number = block.code(assignment.number);
+        let target = self.parameters.target(&assignment.target, number, &self.executor);
+        let value = self.parameters.value(block.code(assignment.value), &self.executor);
+        // What has no value is set all the same: one fault shall not make others.
+        let value = value.unwrap_or_else(|error| {
+            self.faults.push(fault(*error, start, end));
+            0.0
+        });
+        let tell = |error: NoValue| self.faults.push(fault(*error, start, end));
+        Some((target.map_err(tell).ok()?, value))
+    }
+
+    /// Sets what has been found; tells whether that raises an alarm.
+    fn assign(
+        &mut self,
+        target: &Target,
+        value: f64,
+        assignment: &Assignment,
+        place: Place<'_>,
+    ) -> bool {
+        let (start, end) = (assignment.start, assignment.end);
+        match self.set_one(target, value) {
+            Ok(Set::Done) => return false,
+            Ok(Set::Stop) => {
+                self.stops = true;
+                self.tell(MessageKind::Message, comment(place.text), place);
             }
+            Ok(Set::Alarm(number)) => {
+                let text = comment(place.text);
+                let colon = if text.is_empty() { "" } else { ": " };
+                let message = format!("the program raises alarm {}{colon}{text}", plain(number));
+                self.faults.push(Fault::new(&rules::ALARM, start, end, message));
+                return true;
+            }
+            Err(error) => self.faults.push(fault(*error, start, end)),
         }
-        self.to_set = to_set;
-        alarm
+        false
     }
 
     /// Stops until the operator goes on, where #3006 has asked for it.
@@ -274,6 +300,7 @@ impl<'a> Engine<'a> {
     /// Sets a parameter of the control or of the program.
     fn set_one(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
         let own = match target {
+            Target::Number(number) if *number < SYSTEM_FIRST => None,
             Target::Number(number) => self.executor.set_parameter(*number, plain(value)),
             Target::Name(name) => self.parameters.is_own(name, &self.executor).then(|| {
                 let message = format!("#<{name}> is the control's own: it can only be read");
@@ -292,7 +319,7 @@ impl<'a> Engine<'a> {
             Ok(value) => Some(value),
             Err(error) => {
                 let (start, end) = block.extent();
-                self.faults.push(fault(error, start, end));
+                self.faults.push(fault(*error, start, end));
                 None
             }
         }
@@ -411,9 +438,10 @@ fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
     }
 }
 
-fn fault(error: NoValue, start: u32, end: u32) -> Fault {
-    let fault = Fault::new(error.rule, start, end, error.message);
-    match error.help {
+fn fault(reason: Reason, start: u32, end: u32) -> Fault {
+    let Reason { rule, message, help } = reason;
+    let fault = Fault::new(rule, start, end, message);
+    match help {
         Some(help) => fault.help(help),
         None => fault,
     }

@@ -273,7 +273,7 @@ impl<'a> Executor<'a> {
         for (_, op) in before {
             self.execute(*op, block, &mut asked, out);
         }
-        self.run_motion(block, asked, out);
+        self.run_motion(block, &mut asked, out);
         let mut flow = self.turn_flow(block, asked, out);
         for (_, op) in stops {
             let after = self.execute(*op, block, &mut asked, out);

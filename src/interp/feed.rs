@@ -18,6 +18,9 @@ const MM_PER_INCH: f64 = 25.4;
 /// Turns a minute that no spindle exceeds, where nothing else bounds them: at the centre.
 const TURNS_MOST: f64 = 1e6;
 
+/// Greatest number of an N or O word.
+pub(super) const LABEL_MAX: u32 = 999_999_999;
+
 /// What F means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FeedMode {
@@ -74,7 +77,7 @@ impl Executor<'_> {
         }
     }
 
-    pub(super) fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+    fn set_free_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
         if let Some(word) = block.word(b'F') {
             self.set_feed(word, out.faults);
         }
@@ -96,7 +99,7 @@ impl Executor<'_> {
         }
         for letter in [b'N', b'O'] {
             if let Some(word) = block.word(letter).filter(|_| !asked.is_faulty) {
-                whole(word, 999_999_999, out.faults);
+                whole(word, LABEL_MAX, out.faults);
             }
         }
     }
@@ -105,7 +108,8 @@ impl Executor<'_> {
         self.codes.iter().any(|(_, other)| *other == op)
     }
 
-    fn set_feed(&mut self, word: &Word, faults: &mut Vec<Fault>) {
+    #[inline]
+    pub(super) fn set_feed(&mut self, word: &Word, faults: &mut Vec<Fault>) {
         self.feed_missed = false;
         let is_length = self.feed_mode != FeedMode::InverseTime;
         let scale = if is_length { self.mm_per_unit } else { 1.0 };

@@ -20,6 +20,7 @@ mod findings;
 mod flow;
 mod frames;
 mod functions;
+mod hashed;
 mod inputs;
 mod lenient;
 mod macro_variables;

@@ -18,31 +18,31 @@ const SAME_PLACE_MM: f64 = 1e-9;
 
 impl Executor<'_> {
     /// Moves, if the block asks for it.
-    pub(super) fn run_motion(&mut self, block: &Block, mut asked: Asked, out: &mut Output<'_>) {
+    pub(super) fn run_motion(&mut self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
         if block.letters() & POLAR_LETTERS == 0 {
             if self.polar {
                 asked.polar_step = self.polar_mode_step(block);
             }
             self.run_axis_words(block, asked, out);
-        } else if let Some(resolved) = self.resolve_polar(block, &mut asked, out.faults) {
+        } else if let Some(resolved) = self.resolve_polar(block, asked, out.faults) {
             self.run_axis_words(&resolved, asked, out);
         } else {
             self.forget_position();
         }
     }
 
-    fn run_axis_words(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) {
+    fn run_axis_words(&mut self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
         if let MotionMode::Cycle(cycle) = self.motion {
             let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
             if asks && !asked.axes_claimed && self.is_thread(cycle, block) {
-                self.thread_cycle(block, asked, out);
+                self.thread_cycle(block, *asked, out);
             } else if asks && !asked.axes_claimed {
-                self.run_cycle(cycle, block, asked, out);
+                self.run_cycle(cycle, block, *asked, out);
             }
             return;
         }
         if let MotionMode::Spline(code) = self.motion {
-            self.run_spline(code, block, asked, out);
+            self.run_spline(code, block, *asked, out);
             return;
         }
         let is_arc = matches!(self.motion, MotionMode::Arc { .. });
@@ -50,7 +50,7 @@ impl Executor<'_> {
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
         if let MotionMode::Single(single) = self.motion {
             if block.letters() & AXIS_LETTERS != 0 && !asked.axes_claimed {
-                self.cut_once(single, block, asked, out);
+                self.cut_once(single, block, *asked, out);
             }
             return;
         }
@@ -72,7 +72,7 @@ impl Executor<'_> {
             MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Spline(_) => None,
             MotionMode::Turn(_) | MotionMode::Single(_) => None,
             MotionMode::Follow(follow) => {
-                self.follow(follow, block, &to, asked, out);
+                self.follow(follow, block, &to, *asked, out);
                 return;
             }
             MotionMode::None => {
@@ -89,7 +89,7 @@ impl Executor<'_> {
                 machine_coordinates_alone(block, out.faults);
                 None
             }
-            MotionMode::Arc { ccw } => self.arc(block, asked, ccw, &to, out.faults),
+            MotionMode::Arc { ccw } => self.arc(block, *asked, ccw, &to, out.faults),
         };
         match kind {
             Some(kind) => self.go(block, &to, kind, asked.corner, out),
@@ -111,9 +111,11 @@ impl Executor<'_> {
     ) {
         let is_line = matches!(kind, MoveKind::Line { .. });
         let turns_only = is_line && self.turns_only(block, to);
-        let mut step = self.step(block, to, kind, out.line);
-        step.corner = corner.unwrap_or(self.corner);
+        let corner = corner.unwrap_or(self.corner);
+        let (n, from) = (line_number(block), self.position_mm);
+        let step = Move { line: out.line, n, from, to: *to, kind, corner, bound: Bound::Free };
         out.motions.push(Motion::Move(step));
+        self.position_mm = *to;
         if let Some(Motion::Move(step)) = out.motions.last_mut() {
             self.apply_feed(step, turns_only);
         }
@@ -122,26 +124,31 @@ impl Executor<'_> {
     /// A move from where the machine stands, without the feed in force.
     pub(super) fn step(&mut self, block: &Block, to: &Point, kind: MoveKind, line: u32) -> Move {
         let from = std::mem::replace(&mut self.position_mm, *to);
-        // A word that is no line number has been reported.
-        let n = block.word(b'N').map(|word| word.value as u32);
-        Move { line, n, from, to: *to, kind, corner: self.corner, bound: Bound::Free }
+        let (n, corner) = (line_number(block), self.corner);
+        Move { line, n, from, to: *to, kind, corner, bound: Bound::Free }
     }
 
     /// Where the axis words lead; the position that a faulty word leads to is open.
-    pub(super) fn target(&mut self, block: &Block, asked: Asked, faults: &mut Vec<Fault>) -> Point {
-        if (!self.frames.is_plain() || self.polar) && !asked.machine_coordinates {
-            let program = self.program_target(block, faults);
-            if asked.is_faulty {
-                self.forget_position();
-            }
-            return self.place(&program);
+    #[inline]
+    pub(super) fn target(
+        &mut self,
+        block: &Block,
+        asked: &Asked,
+        faults: &mut Vec<Fault>,
+    ) -> Point {
+        if (self.frames.is_plain() && !self.polar) || asked.machine_coordinates {
+            return self.plain_target(block, asked, faults);
         }
-        self.plain_target(block, asked, faults)
+        let program = self.program_target(block, faults);
+        if asked.is_faulty {
+            self.forget_position();
+        }
+        self.place(&program)
     }
 
     /// The same where frames only shift.
     #[inline]
-    fn plain_target(&mut self, block: &Block, asked: Asked, faults: &mut Vec<Fault>) -> Point {
+    fn plain_target(&mut self, block: &Block, asked: &Asked, faults: &mut Vec<Fault>) -> Point {
         let mut to = self.position_mm;
         for word in block.words() {
             let Some((axis, value)) = self.axis_word(word, faults) else { continue };
@@ -291,4 +298,9 @@ impl Executor<'_> {
         let (plane, feed_mm_min) = (self.plane, 0.0);
         has_feed.then_some(MoveKind::Arc { feed_mm_min, plane, center_mm, ccw, turns })
     }
+}
+
+/// The block's N word; one that is no line number has been reported.
+fn line_number(block: &Block) -> Option<u32> {
+    block.word(b'N').map(|word| word.value as u32)
 }

@@ -162,7 +162,7 @@ impl Executor<'_> {
         let missing = match (block.has(b'X'), block.has(b'Y'), weight) {
             (true, true, Some(word)) => {
                 let faults_before = faults.len();
-                let to = self.target(block, asked, faults);
+                let to = self.target(block, &asked, faults);
                 nurbs.points.push(to);
                 nurbs.weights.push(weight_of(word, faults)?);
                 has_place(nurbs, block, faults)?;
@@ -296,7 +296,7 @@ impl Executor<'_> {
         }
         let faults_before = faults.len();
         let start = self.position_mm;
-        let to = self.target(block, asked, faults);
+        let to = self.target(block, &asked, faults);
         if faults.len() > faults_before {
             return None;
         }

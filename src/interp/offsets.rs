@@ -388,7 +388,7 @@ impl Executor<'_> {
     /// G28 and G30: by way of the axis words to the reference of their axes; without any, of all.
     fn go_to_reference(&mut self, index: u8, block: &Block, asked: Asked, out: &mut Output<'_>) {
         let has_words = block.letters() & AXIS_LETTERS != 0;
-        let by_way = self.target(block, asked, out.faults);
+        let by_way = self.target(block, &asked, out.faults);
         let mut reference_mm = by_way;
         for axis in self.axes.iter() {
             if has_words && !self.names_axis(block, axis) {

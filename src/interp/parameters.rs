@@ -24,7 +24,7 @@ const UNSET: f64 = f64::from_bits(0x7ff8_0000_0000_0002);
 const NUMBER_MAX: u32 = 5602;
 
 /// No parameter below is the control's own, in any dialect.
-const SYSTEM_FIRST: u32 = 1000;
+pub(super) const SYSTEM_FIRST: u32 = 1000;
 
 /// Whether DEBUG is shown; 1 unless a program says otherwise (RS274/NGC).
 const DEBUG: u32 = 5599;
@@ -42,9 +42,12 @@ const ALARM: u32 = 3000;
 /// The parameter that stops with a message.
 const STOP: u32 = 3006;
 
-/// Why an expression has no value.
+/// Why an expression has no value. It lies elsewhere, so that a value is handed on in registers.
+pub(super) type NoValue = Box<Reason>;
+
+/// See [`NoValue`].
 #[derive(Debug)]
-pub(super) struct NoValue {
+pub(super) struct Reason {
     pub rule: &'static Rule,
     pub message: String,
     pub help: Option<&'static str>,
@@ -53,7 +56,7 @@ pub(super) struct NoValue {
 type Value = Result<f64, NoValue>;
 
 pub(super) fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
-    Err(NoValue { rule, message: message.into(), help: None })
+    Err(Box::new(Reason { rule, message: message.into(), help: None }))
 }
 
 /// What is to be set: a parameter, found before anything of its line is set.
@@ -227,7 +230,7 @@ impl Parameters {
                      subprogram"
                 }
             };
-            NoValue { rule: &rules::UNSET_PARAMETER, message, help: Some(help) }
+            Box::new(Reason { rule: &rules::UNSET_PARAMETER, message, help: Some(help) })
         })
     }
 

@@ -4,6 +4,8 @@ use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, Op};
 use crate::gcode::{Block, letter_bit};
 
 use super::execute::{Asked, Executor, MotionMode, Output, motion_of};
+use super::feed::LABEL_MAX;
+use super::words::whole;
 
 /// What may stand in such a block, of whatever motion.
 const MOVE_LETTERS: u32 = AXIS_LETTERS | letter_bit(b'G') | letter_bit(b'N') | letter_bit(b'F');
@@ -45,13 +47,16 @@ impl Executor<'_> {
             return false;
         }
         self.codes.clear();
-        if letters & (letter_bit(b'N') | letter_bit(b'F')) != 0 {
-            self.set_free_words(block, asked, out);
+        if let Some(word) = block.word(b'F') {
+            self.set_feed(word, out.faults);
+        }
+        if let Some(word) = block.word(b'N') {
+            whole(word, LABEL_MAX, out.faults);
         }
         if let Some(op) = op {
             self.set_motion(op, &mut asked);
         }
-        self.run_motion(block, asked, out);
+        self.run_motion(block, &mut asked, out);
         true
     }
 }

@@ -6,18 +6,18 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::io;
+use std::io::{self, Read};
 use std::path::PathBuf;
 use std::rc::Rc;
 
 use crate::base::Source;
-use crate::base::source::SourceReader;
 use crate::gcode::codes::{self, Op};
 use crate::gcode::{Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Word, parse, rules};
 
 use super::body::{Body, Linker};
 use super::execute::is_error;
 use super::findings::{Findings, Place};
+use super::hashed::HashedReader;
 use super::inputs::{Inputs, Opened};
 use super::lenient::{is_foreign_line, leave_out};
 
@@ -285,7 +285,7 @@ impl Library {
     /// Faults of lines up to `said` have been reported. Gives the body, where reading has ended,
     /// and the block that ended it; none if it cannot be run.
     pub fn read_main(&mut self, said: u32, findings: &mut Findings) -> io::Result<MainText> {
-        let mut lines = Lines::new(self.source.reader(0), 0, 1);
+        let mut lines = Lines::new(HashedReader::new(&self.source), 0, 1);
         let mut reading = Reading::new(Body::new(None, 0, None), self.reading);
         while let Some(line) = reading.next(&mut lines, findings, said)? {
             if self.blocks_kept + reading.body.len() > BLOCKS_MAX {
@@ -305,7 +305,7 @@ impl Library {
 pub(super) struct MainText {
     pub body: Option<Rc<Body>>,
     /// What follows it.
-    pub lines: Lines<SourceReader>,
+    pub lines: Lines<HashedReader>,
     /// The block that ended it: of the next program, `%`, or blank at the end of the text.
     pub block: Block,
 }
@@ -347,7 +347,7 @@ impl Reading {
     /// Adds the next line that is not blank; none at the end of the program or of the text.
     pub fn next(
         &mut self,
-        lines: &mut Lines<SourceReader>,
+        lines: &mut Lines<impl Read>,
         findings: &mut Findings,
         said: u32,
     ) -> io::Result<Option<Added>> {

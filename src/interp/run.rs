@@ -7,7 +7,6 @@
 use std::io::{self, Read};
 use std::rc::Rc;
 
-use crate::base::source::SourceReader;
 use crate::base::{Machine, Source};
 use crate::gcode::{Block, Fault, LINE_BYTES_MAX, Label, Lines, rules};
 
@@ -16,6 +15,7 @@ use super::engine::Engine;
 use super::execute::is_error;
 use super::findings::Place;
 use super::flow::Flow;
+use super::hashed::HashedReader;
 use super::motion::Motion;
 use super::program::{Library, Tape, TextOptions, parse_line, program_number};
 use super::turns::Awaited;
@@ -63,7 +63,7 @@ pub(super) enum End {
 #[derive(Debug)]
 pub(super) struct Run<'a> {
     pub engine: Engine<'a>,
-    pub lines: Lines<SourceReader>,
+    pub lines: Lines<HashedReader>,
     pub library: Library,
     source: Source,
     pub tape: Tape,
@@ -101,7 +101,7 @@ impl<'a> Run<'a> {
         let text = TextOptions { block_delete: options.block_delete, lenient: options.lenient };
         Run {
             engine: Engine::new(machine, options, max),
-            lines: Lines::new(source.reader(0), 0, 1),
+            lines: Lines::new(HashedReader::unhashed(source), 0, 1),
             library: Library::new(source, &options.folders, text),
             tape: Tape::default(),
             end: End::Running,
@@ -222,6 +222,9 @@ impl<'a> Run<'a> {
         }
         let flow = self.engine.execute(block, place, motions);
         self.engine.report(place, true);
+        if flow == Flow::Next {
+            return Ok(());
+        }
         self.follow(flow, block, place, motions)
     }
 

@@ -82,7 +82,7 @@ impl Executor<'_> {
         let has_room = self.has_room(code, block, asked, out.faults);
         let has_feed = self.has_feed(block, out.faults);
         let faults_before = out.faults.len();
-        let to = self.target(block, asked, out.faults);
+        let to = self.target(block, &asked, out.faults);
         let is_told = !asked.is_faulty && out.faults.len() == faults_before;
         let is_open = [Axis::X, Axis::Y].iter().any(|axis| self.open.contains(*axis));
         let goes_on = asked.motion_before == MotionMode::Spline(SplineCode::Cubic);

@@ -236,5 +236,8 @@ pub(super) fn truth(holds: bool) -> f64 {
 
 /// Refuses to set what can only be read.
 pub(super) fn read_only<T>(message: impl Into<String>, help: &'static str) -> Result<T, NoValue> {
-    refuse(&rules::BAD_PARAMETER, message).map_err(|error| NoValue { help: Some(help), ..error })
+    refuse(&rules::BAD_PARAMETER, message).map_err(|mut error: NoValue| {
+        error.help = Some(help);
+        error
+    })
 }

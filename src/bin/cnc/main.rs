@@ -17,6 +17,7 @@ macro_rules! say {
 mod args;
 mod cmd;
 mod exit;
+mod fixed;
 mod input;
 mod interrupt;
 mod language;

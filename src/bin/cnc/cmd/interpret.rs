@@ -10,7 +10,7 @@ use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
 use crate::language::LanguageArgs;
-use crate::{input, report};
+use crate::{fixed, input, report};
 
 /// Check an NC program and print what it means
 #[derive(Debug, clap::Args)]
@@ -225,17 +225,20 @@ impl<W: Write> Listing<W> {
             MoveKind::Arc { ccw: false, .. } => "arc cw",
             MoveKind::Spline { .. } => "spline",
         };
-        write!(text, "{:>7} ", step.line)?;
+        fixed::whole(text, step.line, 7);
+        text.push(b' ');
         match step.n {
-            Some(n) => write!(text, "{n:>6}")?,
-            None => write!(text, "{:>6}", "")?,
+            Some(n) => fixed::whole(text, n, 6),
+            None => text.extend_from_slice(b"      "),
         }
         write!(text, "  {name:<8}")?;
         for axis in &self.axes {
-            write!(text, " {:>10.3}", step.to[*axis])?;
+            text.push(b' ');
+            fixed::decimal(text, step.to[*axis], 10, 3)?;
         }
         if let Some(feed_mm_min) = step.kind.feed_mm_min() {
-            write!(text, " {feed_mm_min:>8.1}")?;
+            text.push(b' ');
+            fixed::decimal(text, feed_mm_min, 8, 1)?;
         }
         match &step.kind {
             MoveKind::Rapid | MoveKind::Line { .. } => {}
