@@ -55,6 +55,8 @@ fn programs_go_where_they_say() {
             "o1 repeat [2]\nG91 G0 X1\no1 endrepeat\no2 repeat [0]\nX9\no2 endrepeat\nM2",
             &["1,0,0", "2,0,0"],
         ),
+        // Halves are rounded to even counts, as in RS274/NGC.
+        ("G91 G0\no1 repeat [2.5]\nX1\no1 endrepeat\nM2", &["1,0,0", "2,0,0"]),
         ("GOTO 10\nG0 X5\nN10 G0 X1\nM30", &["1,0,0"]),
         // A GOTO looks behind itself first, then from the beginning on.
         (
@@ -168,6 +170,11 @@ fn subprograms_in_files_are_read_below_the_folders_given_and_nowhere_else() {
     write(&other, "deep.ngc", "o<deep> sub\nX[1/0]\no<deep> endsub\n");
     let found = run(&[&own, &other]).diagnostics;
     assert_eq!((found[0].file.as_deref(), &found[0].calls[..]), (Some("deep.ngc"), &[4][..]));
+
+    // A file of that name with another subprogram.
+    write(&other, "deep.ngc", "o<low> sub\nX5\no<low> endsub\n");
+    let found = run(&[&own, &other]).diagnostics;
+    assert_eq!(found[0].message, "this file holds O<low>, and no O<deep>");
 
     // A dump names the files; it is refused once one of them has changed.
     write(&other, "deep.ngc", "o<deep> sub\nX5\no<deep> endsub\n");

@@ -240,7 +240,7 @@ fn the_reference_is_that_of_the_tables() {
         text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
     }
     text += "\n## Codes of other controls\n\nThey mean nothing here, and are refused with what is said \
-             below.\n\n| code | control | meaning there | instead |\n|---|---|---|---|\n";
+             below; but for M100 to M199, which are the user's functions and pass as events.\n\n| code | control | meaning there | instead |\n|---|---|---|---|\n";
     for row in foreign::FOREIGN {
         let name = row.name();
         text += &format!("| {name} | {} | {} | {} |\n", row.control, row.meaning, row.instead);
@@ -376,6 +376,12 @@ fn lathe_programs_are_refused_at_the_right_word() {
         ),
         ("S9 M3\nG0 X9\nG76 X7 Z-9 P0 Q100 F1\nM30", &["bad-value 3:12"]),
         ("S9 M3\nG0 X9\nG76 X7 Z-9 P5000 F1\nM30", &["missing-word 3:1"]),
+        ("S9 M3\nG0 X9\nG76 X7 P500 Q100 F1\nM30", &["missing-word 3:1"]),
+        // A finishing cut deeper than the thread, a pull-out longer than it.
+        ("S9 M3\nG0 X9\nG76 P010060 R5\nG76 X7 Z-9 P500 Q100 F1\nM30", &["bad-value 4:12"]),
+        ("S9 M3\nG0 X9\nG76 P019960\nG76 X7 Z-9 P500 Q100 F1\nM30", &["bad-value 4:1"]),
+        // F is no lead of a turn about Y.
+        ("S9 M3\nG32 B60 F1\nM30", &["bad-value 2:1"]),
     ] {
         let checked = check_with(
             text.as_bytes(),

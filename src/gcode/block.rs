@@ -324,11 +324,11 @@ impl Block {
 /// The canonical form of the line.
 impl fmt::Display for Block {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.percent {
-            return f.write_str("%");
-        }
         if self.delete {
             f.write_str("/")?;
+        }
+        if self.percent {
+            return f.write_str("%");
         }
         let mut separator = "";
         if let Some(call) = &self.call {

@@ -261,9 +261,10 @@ pub(super) fn language(line: &[u8]) -> Option<Fault> {
     Some(fault.help("let the post processor put out ISO code (G and M words)"))
 }
 
-/// Whether a value is given as in `R1=5` or `X=R1`, and not to a parameter `#1`.
+/// Whether a value is given as in `R1=5` or `X=R1`, and not to a parameter `#1`, nor by the command
+/// of a sender, as `$J=X1`.
 fn sets_by_letters(text: &str) -> bool {
-    let Some((before, _)) = text.split_once('=').filter(|_| !text.contains(['#', '('])) else {
+    let Some((before, _)) = text.split_once('=').filter(|_| !text.contains(['#', '(', '$'])) else {
         return false;
     };
     before

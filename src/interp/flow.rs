@@ -248,7 +248,8 @@ impl Run<'_> {
     }
 
     fn begin_repeat(&mut self, block: &Block, count: Formula, at: usize, links: Links) {
-        let count = self.engine.number(block, count).unwrap_or_default().round();
+        // As RS274/NGC rounds: 2.5 is twice.
+        let count = self.engine.number(block, count).unwrap_or_default().round_ties_even();
         self.forget_repeat(at);
         if count < 1.0 {
             self.go_to(links.end + 1);

@@ -271,14 +271,30 @@ impl Library {
         self.blocks_kept += reading.body.len();
         reading.finish(findings);
         if !returns {
-            let message = format!("the subprogram {label} has no M99");
+            let (message, help) = self.no_return(label, file);
             let fault = Fault::new(&rules::MISSING_RETURN, 0, first.len() as u32, message);
             let file = reading.body.file_name.as_deref();
             let place = Place { line: spot.line, text: &first, calls: &[], file };
-            findings.add(fault.help("end it by a block of M99"), place);
+            findings.add(fault.help(help), place);
             return Ok(None);
         }
         Ok((!reading.is_faulty).then_some(reading.body))
+    }
+
+    /// Why a program has no end, and what to do. In a file of another subprogram the names differ.
+    fn no_return(&self, label: &Label, file: usize) -> (String, String) {
+        let spots = self.spots.get(file).and_then(Option::as_ref);
+        let others = spots.filter(|spots| !spots.contains_key(label));
+        match others.and_then(|spots| spots.iter().min_by_key(|(_, spot)| spot.line)) {
+            Some((other, _)) => (
+                format!("this file holds {other}, and no {label}"),
+                format!("call {other}, from a file of its name, or call the subprogram {label}"),
+            ),
+            None => {
+                let message = format!("the subprogram {label} has no M99");
+                (message, "end it by a block of M99".to_owned())
+            }
+        }
     }
 
     /// Reads the main program whole, from its first line on, for a GOTO may lead anywhere in it.

@@ -18,6 +18,9 @@ use super::{Dialect, cycles::PASSES_MAX};
 /// Letters that the threading cycle makes use of, beside axes.
 pub(super) const THREAD_LETTERS: u32 = letter_set("EHIJKLPQR");
 
+/// Angles at which passes feed in are below this: the way along Z grows with the tangent.
+const ANGLE_MAX_DEG: f64 = 90.0;
+
 /// A threading cycle (G76), in mm and radians.
 struct Thread {
     start: Point,
@@ -105,7 +108,11 @@ impl Executor<'_> {
         to: &Point,
         out: &mut Output<'_>,
     ) {
-        let name = if follow == Follow::Tap { "G33.1" } else { "G33" };
+        let name = match follow {
+            Follow::Tap => "G33.1",
+            _ if self.dialect == Dialect::FanucLathe => "G32",
+            _ => "G33",
+        };
         let pitch_mm = match block.word(b'K') {
             None if self.dialect.is_fanuc() && follow == Follow::Thread => {
                 self.pitch_by_lead(name, block, &self.position_mm, to, out.faults)
@@ -158,8 +165,13 @@ impl Executor<'_> {
         };
         let ways = Axis::LINEAR.map(|axis| (to[axis] - from[axis]).abs());
         let longest = ways.into_iter().fold(0.0, f64::max);
+        if longest == 0.0 {
+            let message = format!("{name}: this thread has no length, for F to be its lead along");
+            faults.push(Fault::block(&rules::BAD_VALUE, block, message));
+            return None;
+        }
         let length = ways.iter().map(|way| way * way).sum::<f64>().sqrt();
-        (longest > 0.0).then(|| feed.mm * length / longest)
+        Some(feed.mm * length / longest)
     }
 
     /// Starts the spindle the way it turns, or the other way round.
@@ -237,9 +249,13 @@ impl Executor<'_> {
         }
         let [first, height] = [block.word(b'J')?, block.word(b'K')?];
         if first.value >= height.value {
-            let message =
-                format!("the first depth, {first}, is not less than the height, {height}");
+            let message = format!("the first depth, {first}, is not below the height, {height}");
             faults.push(Fault::word(&rules::BAD_VALUE, first, message));
+            return None;
+        }
+        if let Some(word) = block.word(b'Q').filter(|word| word.value.abs() >= ANGLE_MAX_DEG) {
+            let message = format!("{word}: passes feed in at less than {ANGLE_MAX_DEG} degrees");
+            faults.push(Fault::word(&rules::BAD_VALUE, word, message));
             return None;
         }
         if end[Axis::Z] == start[Axis::Z] {

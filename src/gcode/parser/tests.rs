@@ -26,6 +26,7 @@ fn lines_become_words() {
     check(":1000", "O1000", &[]);
     check("O0008 (Test program)", "O8", &[]);
     check("% ; tape", "%", &[]);
+    check("/%", "/%", &[]);
     check("GR100", "GR100", &[]);
     check("N7 g r P100 L2", "GR N7 P100 L2", &[]);
     check("O5 GR100", "GR100 O5", &[]);
@@ -74,6 +75,7 @@ fn faults_are_named_and_the_rest_of_the_words_is_read() {
     check("o1 sb", "", &["expression"]);
     check("o#1 if [1]", "", &["expression"]);
     check("$H", "", &["unsupported-word"]);
+    check("$J=G91 X1", "", &["unsupported-word"]);
     check("G1 \u{e9}", "G1", &["bad-character"]);
     check("G1 \u{0}", "", &["not-text"]);
     check("!? X Y \u{7f}", "", &["not-text"]);

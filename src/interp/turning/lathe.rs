@@ -58,6 +58,12 @@ struct ThreadWords {
     finish_mm: f64,
 }
 
+impl ThreadWords {
+    fn pull_out_mm(&self, lead_mm: f64) -> f64 {
+        f64::from(self.pull_out) / 10.0 * lead_mm
+    }
+}
+
 impl Executor<'_> {
     pub(in crate::interp) fn is_lathe(&self) -> bool {
         self.dialect == Dialect::FanucLathe
@@ -242,12 +248,15 @@ impl Executor<'_> {
             return;
         };
         let [height_mm, first_mm] = [height, first].map(|word| self.small_length_mm(word));
-        for (word, value) in [(height, height_mm), (first, first_mm)] {
-            if value <= 0.0 {
-                let message = format!("{word}: in G76 P and Q are above 0");
-                out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
-            }
+        let along_mm = end[Axis::Z] - start[Axis::Z];
+        if along_mm == 0.0 {
+            let message = "this thread has no length along Z";
+            let fault = Fault::block(&rules::MISSING_WORD, block, message);
+            out.faults.push(fault.help("write Z or W, where it ends"));
+            return;
         }
+        let depths = [(height, height_mm), (first, first_mm)];
+        self.check_thread_words(block, depths, along_mm.abs(), out.faults);
         let taper_mm = block.word(b'R').map_or(0.0, |word| word.value * self.mm_per_unit);
         let mut begin = start;
         begin[Axis::X] = end[Axis::X] + taper_mm;
@@ -265,11 +274,10 @@ impl Executor<'_> {
             let message = format!("more than {PASSES_MAX} passes: is Q the first depth?");
             out.faults.push(Fault::word(&rules::BAD_VALUE, first, message));
         }
-        let lead_mm = self.feed.map_or(0.0, |feed| feed.mm);
         let words = self.lathe.thread;
-        let out_mm = f64::from(words.pull_out) / 10.0 * lead_mm;
+        let out_mm = words.pull_out_mm(self.feed.map_or(0.0, |feed| feed.mm));
         let inwards = (end[Axis::X] - start[Axis::X]).signum();
-        let along = (end[Axis::Z] - start[Axis::Z]).signum();
+        let along = along_mm.signum();
         for depth_mm in depths {
             let above_mm = inwards * (height_mm - depth_mm);
             let shift_mm = along * depth_mm * (words.angle_deg / 2.0).to_radians().tan();
@@ -293,6 +301,41 @@ impl Executor<'_> {
             self.go_lathe(block, &root, MoveKind::Rapid, out);
         }
         self.go_lathe(block, &start, MoveKind::Rapid, out);
+    }
+
+    /// Holds the depths of a thread, its height and that of the first pass, and what the first
+    /// block has said against its length.
+    fn check_thread_words(
+        &self,
+        block: &Block,
+        depths: [(&Word, f64); 2],
+        length_mm: f64,
+        faults: &mut Vec<Fault>,
+    ) {
+        for (word, _) in depths.into_iter().filter(|(_, depth_mm)| *depth_mm <= 0.0) {
+            let message = format!("{word}: in G76 P and Q are above 0");
+            faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+        }
+        let words = &self.lathe.thread;
+        let [(height, height_mm), _] = depths;
+        if height_mm > 0.0 && words.finish_mm >= height_mm {
+            let message = format!(
+                "the finishing cut, R{:.4} mm of the first block, is not less than the height, \
+                 {height_mm:.4} mm: the first pass would be as deep as the thread",
+                words.finish_mm
+            );
+            faults.push(Fault::word(&rules::BAD_VALUE, height, message));
+        }
+        let out_mm = words.pull_out_mm(self.feed.map_or(0.0, |feed| feed.mm));
+        if out_mm >= length_mm {
+            let message = format!(
+                "the pull-out, {out_mm:.4} mm, is not shorter than the thread, {length_mm:.4} mm",
+            );
+            let fault = Fault::block(&rules::BAD_VALUE, block, message);
+            faults.push(fault.help(
+                "it is the middle two digits of P in the first block, in tenths of the lead",
+            ));
+        }
     }
 
     fn take_thread_words(&mut self, block: &Block, faults: &mut Vec<Fault>) {
