@@ -122,7 +122,7 @@ rules! {
     SUBPROGRAM_SIZE Error "subprogram-size" "The subprograms that are called hold more than 50000 blocks.";
     UNMATCHED_FLOW Error "unmatched-flow" "A loop, a condition or a subprogram without its end, or an end without its beginning.";
     UNKNOWN_LABEL Error "unknown-label" "GOTO leads to an N word that the program does not have.";
-    MAX_PASSES Error "max-passes" "The loops of a program make more passes than allowed (--max-passes).";
+    MAX_PASSES Error "max-passes" "The loops of a program make more passes than allowed (--max-passes), or all of it too many moves.";
     ALARM Error "alarm" "The program raises an alarm by setting #3000.";
     OUTSIDE_FOLDER Error "outside-folder" "A subprogram's file lies outside of the program's folder and of those given by --include.";
     EMPTY_PROGRAM Error "empty-program" "The file holds no block.";

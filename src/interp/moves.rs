@@ -16,6 +16,19 @@ const ROTARY_LETTERS: u32 = letter_bit(b'A') | letter_bit(b'B') | letter_bit(b'C
 /// rounding makes of it would be a move of its own.
 const SAME_PLACE_MM: f64 = 1e-9;
 
+/// Moves of one block at most: cycles of lathes have as many as cuts times pieces of their contour.
+const BLOCK_MOVES_MAX: usize = 1_000_000;
+
+/// Reports, once, that a block makes too many moves.
+#[cold]
+fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
+    let message = format!("this block makes more than {BLOCK_MOVES_MAX} moves");
+    if faults.iter().all(|fault| fault.message != message) {
+        let fault = Fault::block(&rules::BAD_VALUE, block, message);
+        faults.push(fault.help("take fewer or deeper cuts, or fewer repeats"));
+    }
+}
+
 impl Executor<'_> {
     /// Moves, if the block asks for it.
     pub(super) fn run_motion(&mut self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
@@ -114,8 +127,11 @@ impl Executor<'_> {
         let corner = corner.unwrap_or(self.corner);
         let (n, from) = (line_number(block), self.position_mm);
         let step = Move { line: out.line, n, from, to: *to, kind, corner, bound: Bound::Free };
-        out.motions.push(Motion::Move(step));
         self.position_mm = *to;
+        if out.motions.len() >= BLOCK_MOVES_MAX {
+            return refuse_more(block, out.faults);
+        }
+        out.motions.push(Motion::Move(step));
         if let Some(Motion::Move(step)) = out.motions.last_mut() {
             self.apply_feed(step, turns_only);
         }

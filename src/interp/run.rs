@@ -59,6 +59,9 @@ pub(super) enum End {
     NotText,
 }
 
+/// Moves that what is kept may make in a run: months of motion, and a minute of a check.
+const MOVES_MAX: u64 = 100_000_000;
+
 /// A run of a program.
 #[derive(Debug)]
 pub(super) struct Run<'a> {
@@ -76,6 +79,8 @@ pub(super) struct Run<'a> {
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
+    /// Moves that subprograms, loops and branches have made.
+    moves: u64,
     pub(super) main_label: Option<Label>,
     pub(super) frames: Vec<Frame>,
     /// The line of each call that is being run.
@@ -112,6 +117,7 @@ impl<'a> Run<'a> {
             dialect: options.dialect,
             max_passes: options.max_passes.unwrap_or(MAX_PASSES),
             passes: 0,
+            moves: 0,
             main_label: None,
             frames: Vec::new(),
             calls: Rc::default(),
@@ -220,12 +226,27 @@ impl<'a> Run<'a> {
             self.engine.report(place, true);
             return result;
         }
+        let first = motions.len();
         let flow = self.engine.execute(block, place, motions);
         self.engine.report(place, true);
-        if flow == Flow::Next {
+        if !self.counts_moves(motions.len() - first, place) || flow == Flow::Next {
             return Ok(());
         }
         self.follow(flow, block, place, motions)
+    }
+
+    /// Counts the moves of what may run again; false, and reported, if they are too many.
+    fn counts_moves(&mut self, made: usize, place: Place<'_>) -> bool {
+        self.moves += made as u64;
+        if self.moves <= MOVES_MAX {
+            return true;
+        }
+        let message = format!("the program makes more than {MOVES_MAX} moves up to here");
+        let fault = Fault::new(&rules::MAX_PASSES, 0, place.text.len() as u32, message);
+        let help = "is a count of calls, of repeats or of cuts too great?";
+        self.engine.findings.add(fault.help(help), place);
+        self.end = End::GivenUp;
+        false
     }
 
     /// Goes where a block leads.
