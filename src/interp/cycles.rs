@@ -338,6 +338,10 @@ impl Drilling<'_, '_, '_> {
     /// All pecks but the last.
     fn pecks(&mut self, cycle: Cycle, hole: &Hole, at: &mut Point) {
         let peck_mm = self.executor.cycle.peck_mm;
+        if peck_mm <= 0.0 {
+            // The block that said so has been reported; this one repeats it.
+            return;
+        }
         for peck in 1.. {
             let depth_mm = hole.r_mm - f64::from(peck) * peck_mm;
             // What rounding leaves of a last peck is none.

@@ -129,14 +129,7 @@ impl Executor<'_> {
                 rough(pieces, start, &words)
             }
         };
-        match ways {
-            Ok(ways) => ways.into_iter().for_each(|way| self.go_way(block, way, out)),
-            Err(message) => {
-                let message = format!("this contour cannot be cut so: {message}");
-                out.faults.push(Fault::block(&rules::CONTOUR, block, message));
-                self.forget_position();
-            }
-        }
+        self.go_ways(block, ways, out);
     }
 
     /// G70 to G73 of a FANUC-style lathe: the first of two blocks is kept, the second asks for the
@@ -229,6 +222,16 @@ impl Executor<'_> {
         } else {
             cut(stock, &contour.pieces, start, &words)
         };
+        self.go_ways(block, ways, out);
+    }
+
+    /// Goes all ways of a cycle, or reports why its contour cannot be cut.
+    fn go_ways(
+        &mut self,
+        block: &Block,
+        ways: Result<Vec<Way>, &'static str>,
+        out: &mut Output<'_>,
+    ) {
         match ways {
             Ok(ways) => ways.into_iter().for_each(|way| self.go_way(block, way, out)),
             Err(message) => {
