@@ -70,7 +70,7 @@ impl<'a> Engine<'a> {
 
     /// Executes a block; what is wrong with it is left in `faults`.
     #[inline]
-    pub fn execute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
+    pub fn execute(&mut self, block: &Block, place: &Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         self.blocks += 1;
         self.executor.line = place.line;
         if self.contour.is_some() {
@@ -87,7 +87,7 @@ impl<'a> Engine<'a> {
     }
 
     #[inline(never)]
-    fn compute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
+    fn compute(&mut self, block: &Block, place: &Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         let mut computed = self.computed.take().unwrap_or_default();
         if block.words().is_empty() && block.call.is_none() {
             computed.clear();
@@ -124,7 +124,7 @@ impl<'a> Engine<'a> {
             return;
         }
         let (line, first) = (self.executor.line, motions.len());
-        let place = Place { line, text: b"", calls, file: None };
+        let place = &Place { line, text: b"", calls, file: None };
         let mut out = output(place, motions, &mut self.faults);
         self.executor.restore_after_call(&mut out);
         self.judge(&motions[first..], &Block::default(), place);
@@ -132,7 +132,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Takes a block for a piece of the contour that is being read.
-    fn record(&mut self, block: &Block, place: Place<'_>) -> Flow {
+    fn record(&mut self, block: &Block, place: &Place<'_>) -> Flow {
         let mut words = Block::default();
         words.copy_words(block);
         self.give_values(block, &mut words);
@@ -160,7 +160,7 @@ impl<'a> Engine<'a> {
         turn: Turn,
         block: &Block,
         contour: &Contour,
-        place: Place<'_>,
+        place: &Place<'_>,
         motions: &mut Vec<Motion>,
     ) {
         let first = motions.len();
@@ -177,7 +177,7 @@ impl<'a> Engine<'a> {
         stock: Stock,
         block: &Block,
         contour: &Contour,
-        place: Place<'_>,
+        place: &Place<'_>,
         motions: &mut Vec<Motion>,
     ) {
         let first = motions.len();
@@ -187,7 +187,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Gives out what the executor holds until it knows what follows.
-    pub fn finish(&mut self, place: Place<'_>, motions: &mut Vec<Motion>) {
+    pub fn finish(&mut self, place: &Place<'_>, motions: &mut Vec<Motion>) {
         let (block, first) = (Block::default(), motions.len());
         let mut out = output(place, motions, &mut self.faults);
         self.executor.finish(&block, &mut out);
@@ -226,7 +226,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Sets parameters: all right sides first. Tells whether that raises an alarm.
-    pub fn set(&mut self, block: &Block, place: Place<'_>) -> bool {
+    pub fn set(&mut self, block: &Block, place: &Place<'_>) -> bool {
         match block.assignments() {
             [] => false,
             [assignment] => match self.assigned(block, assignment) {
@@ -268,7 +268,7 @@ impl<'a> Engine<'a> {
         target: &Target,
         value: f64,
         assignment: &Assignment,
-        place: Place<'_>,
+        place: &Place<'_>,
     ) -> bool {
         let (start, end) = (assignment.start, assignment.end);
         match self.set_one(target, value) {
@@ -341,7 +341,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Says what a comment says to the operator.
-    pub fn say(&mut self, message: Message, place: Place<'_>) {
+    pub fn say(&mut self, message: Message, place: &Place<'_>) {
         let is_shown = message.kind != MessageKind::Debug || self.parameters.shows_debug();
         if self.travel.is_none() || !is_shown {
             return;
@@ -357,7 +357,7 @@ impl<'a> Engine<'a> {
         self.tell(message.kind, text, place);
     }
 
-    fn tell(&mut self, kind: MessageKind, text: String, place: Place<'_>) {
+    fn tell(&mut self, kind: MessageKind, text: String, place: &Place<'_>) {
         if self.travel.is_none() {
             return;
         }
@@ -370,7 +370,7 @@ impl<'a> Engine<'a> {
 
     /// Holds what a block has made against the machine's travel and a day's time, while the
     /// program is checked.
-    fn judge(&mut self, motions: &[Motion], block: &Block, place: Place<'_>) {
+    fn judge(&mut self, motions: &[Motion], block: &Block, place: &Place<'_>) {
         let Some(travel) = &mut self.travel else { return };
         if motions.is_empty() {
             return;
@@ -387,7 +387,7 @@ impl<'a> Engine<'a> {
                 } else if judges_rapids && step.to[Axis::Z] != step.from[Axis::Z] {
                     let ends_mm =
                         [&step.from, &step.to].map(|point| executor.frames.program(point));
-                    self.plunges.rapid(step, ends_mm, block, place);
+                    self.plunges.rapid(step, ends_mm, block, *place);
                 }
                 travel.named_in(step, is_machine, executor.absolute);
                 travel.add(step, block, place, open);
@@ -399,20 +399,20 @@ impl<'a> Engine<'a> {
     }
 
     /// Reports what is wrong with the line at hand; `once`: it may be run again.
-    pub fn report(&mut self, place: Place<'_>, once: bool) {
+    pub fn report(&mut self, place: &Place<'_>, once: bool) {
         if self.faults.is_empty() {
             return;
         }
         if once {
-            self.findings.take_once(&mut self.faults, place);
+            self.findings.take_once(&mut self.faults, *place);
         } else {
-            self.findings.take(&mut self.faults, place);
+            self.findings.take(&mut self.faults, *place);
         }
     }
 }
 
 fn output<'o>(
-    place: Place<'o>,
+    place: &Place<'o>,
     motions: &'o mut Vec<Motion>,
     faults: &'o mut Vec<Fault>,
 ) -> Output<'o> {

@@ -92,7 +92,7 @@ impl Run<'_> {
                 Ok(())
             }
         };
-        self.engine.report(place, true);
+        self.engine.report(&place, true);
         result
     }
 
@@ -151,14 +151,14 @@ impl Run<'_> {
         match &statement.control {
             Control::Call(formulas) => {
                 let arguments = self.engine.arguments(block, formulas);
-                self.engine.report(place, true);
+                self.engine.report(&place, true);
                 self.call(&statement.label, 1, Some((&arguments, false)), block, place)
             }
             Control::CallNumber(number, formulas) => {
                 let Some(number) = self.engine.number(block, *number) else { return Ok(()) };
                 let arguments = self.engine.arguments(block, formulas);
                 let Some(number) = self.engine.label_number(number, block) else { return Ok(()) };
-                self.engine.report(place, true);
+                self.engine.report(&place, true);
                 let label = Label::Number(number);
                 self.call(&label, 1, Some((&arguments, false)), block, place)
             }
@@ -172,7 +172,7 @@ impl Run<'_> {
                 }
             }
             Control::Then(condition) => {
-                if self.holds(block, *condition) && self.engine.set(block, place) {
+                if self.holds(block, *condition) && self.engine.set(block, &place) {
                     self.end = End::GivenUp;
                 }
                 Ok(())

@@ -117,7 +117,7 @@ impl Travel {
     }
 
     /// Takes a move. Axes whose position a fault has left open are not judged.
-    pub fn add(&mut self, step: &Move, block: &Block, place: Place<'_>, open: AxisSet) {
+    pub fn add(&mut self, step: &Move, block: &Block, place: &Place<'_>, open: AxisSet) {
         if !self.any {
             self.any = true;
             self.point(&step.from, block, place, open);
@@ -148,30 +148,31 @@ impl Travel {
         }
     }
 
-    fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
+    fn point(&mut self, point: &Point, block: &Block, place: &Place<'_>, open: AxisSet) {
         if !self.fixed.is_empty() {
             return self.each_axis(point, block, place, open);
         }
         let mut is_beyond = false;
         let Bounds { least, greatest } = &mut self.part_mm;
-        for (i, at) in point.0.into_iter().enumerate() {
-            least.0[i] = if at < least.0[i] { at } else { least.0[i] };
-            greatest.0[i] = if at > greatest.0[i] { at } else { greatest.0[i] };
-            is_beyond |= (at < self.allowed_mm.least.0[i]) | (at > self.allowed_mm.greatest.0[i]);
+        for axis in self.axes.iter().copied() {
+            let at = point[axis];
+            least[axis] = if at < least[axis] { at } else { least[axis] };
+            greatest[axis] = if at > greatest[axis] { at } else { greatest[axis] };
+            is_beyond |= (at < self.allowed_mm.least[axis]) | (at > self.allowed_mm.greatest[axis]);
         }
         if is_beyond {
             self.each_axis(point, block, place, open);
         }
     }
 
-    fn each_axis(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
+    fn each_axis(&mut self, point: &Point, block: &Block, place: &Place<'_>, open: AxisSet) {
         for i in 0..self.axes.len() {
             let axis = self.axes[i];
             self.reach(axis, [point[axis]; 2], block, place, open);
         }
     }
 
-    fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, open: AxisSet) {
+    fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: &Place<'_>, open: AxisSet) {
         let is_fixed = self.fixed.contains(axis);
         let reached = if is_fixed { &mut self.fixed_mm } else { &mut self.part_mm };
         reached.extend(axis, at);
@@ -187,7 +188,7 @@ impl Travel {
     }
 
     #[cold]
-    fn breach(&mut self, axis: Axis, above: bool, reach_mm: f64, block: &Block, place: Place<'_>) {
+    fn breach(&mut self, axis: Axis, above: bool, reach_mm: f64, block: &Block, place: &Place<'_>) {
         let known = self.breaches.iter_mut().find(|b| b.axis == axis && b.above == above);
         let breach = match known {
             Some(breach) => {
@@ -217,7 +218,7 @@ impl Travel {
         };
         breach.reach_mm = reach_mm;
         breach.is_fixed = self.fixed.contains(axis);
-        breach.kept.keep(axis, block, place);
+        breach.kept.keep(axis, block, *place);
     }
 
     /// Reports every breach of the travel.
