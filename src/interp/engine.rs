@@ -230,7 +230,7 @@ impl<'a> Engine<'a> {
         match block.assignments() {
             [] => false,
             [assignment] => match self.assigned(block, assignment) {
-                Some((target, value)) => self.assign(&target, value, assignment, place),
+                Some((target, value)) => self.assign(target, value, assignment, place),
                 None => false,
             },
             several => {
@@ -239,7 +239,7 @@ impl<'a> Engine<'a> {
                 let mut alarm = false;
                 for (found, assignment) in found.iter().zip(several) {
                     if let Some((target, value)) = found {
-                        alarm |= self.assign(target, *value, assignment, place);
+                        alarm |= self.assign(*target, *value, assignment, place);
                     }
                 }
                 alarm
@@ -248,7 +248,11 @@ impl<'a> Engine<'a> {
     }
 
     /// What an assignment sets, and to which value.
-    fn assigned(&mut self, block: &Block, assignment: &Assignment) -> Option<(Target, f64)> {
+    fn assigned<'b>(
+        &mut self,
+        block: &Block,
+        assignment: &'b Assignment,
+    ) -> Option<(Target<'b>, f64)> {
         let (start, end) = (assignment.start, assignment.end);
         let number = block.code(assignment.number);
         let target = self.parameters.target(&assignment.target, number, &self.executor);
@@ -265,7 +269,7 @@ impl<'a> Engine<'a> {
     /// Sets what has been found; tells whether that raises an alarm.
     fn assign(
         &mut self,
-        target: &Target,
+        target: Target<'_>,
         value: f64,
         assignment: &Assignment,
         place: &Place<'_>,
@@ -298,10 +302,10 @@ impl<'a> Engine<'a> {
     }
 
     /// Sets a parameter of the control or of the program.
-    fn set_one(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
+    fn set_one(&mut self, target: Target<'_>, value: f64) -> Result<Set, NoValue> {
         let own = match target {
-            Target::Number(number) if *number < SYSTEM_FIRST => None,
-            Target::Number(number) => self.executor.set_parameter(*number, plain(value)),
+            Target::Number(number) if number < SYSTEM_FIRST => None,
+            Target::Number(number) => self.executor.set_parameter(number, plain(value)),
             Target::Name(name) => self.parameters.is_own(name, &self.executor).then(|| {
                 let message = format!("#<{name}> is the control's own: it can only be read");
                 read_only(message, "give yours another name")

@@ -14,6 +14,7 @@ mod compensation;
 mod cycles;
 mod duration;
 mod engine;
+mod evaluate;
 mod execute;
 mod feed;
 mod findings;

@@ -31,13 +31,9 @@ impl Executor<'_> {
             mm_per_unit_before: self.mm_per_unit,
             ..Asked::default()
         };
-        let op = match block.word(b'G').map(|word| word.value) {
-            Some(0.0) => Some(Op::Rapid),
-            Some(1.0) => Some(Op::Line),
-            Some(2.0) => Some(Op::ArcClockwise),
-            Some(3.0) => Some(Op::ArcCounterClockwise),
-            Some(_) => return false,
-            None => None,
+        let op = match block.word(b'G').map(|word| motion_code(word.value)) {
+            Some(None) => return false,
+            op => op.flatten(),
         };
         let used = match op.and_then(motion_of).unwrap_or(self.motion) {
             MotionMode::Rapid | MotionMode::Line => MOVE_LETTERS,
@@ -84,12 +80,18 @@ impl Executor<'_> {
     /// Makes such a move. It is written where it stays: to copy a position takes longer than to
     /// compute it.
     fn go_plainly(&mut self, block: &Block, kind: MoveKind, out: &mut Output<'_>) {
-        let (line, n, corner, bound) =
-            (out.line, line_number(block), self.corner, Bound::Free);
-        let (from, to) = (self.position_mm, self.position_mm);
-        out.motions.push(Motion::Move(Move { line, n, from, to, kind, corner, bound }));
+        out.motions.push(Motion::Move(Move {
+            line: out.line,
+            n: line_number(block),
+            from: self.position_mm,
+            to: self.position_mm,
+            kind,
+            corner: self.corner,
+            bound: Bound::Free,
+        }));
         let Some(Motion::Move(step)) = out.motions.last_mut() else { return };
-        for word in block.words().iter().filter(|word| AXIS_LETTERS & letter_bit(word.letter) != 0) {
+        for word in block.words().iter().filter(|word| AXIS_LETTERS & letter_bit(word.letter) != 0)
+        {
             let Some(axis) = Axis::from_letter(word.letter) else { continue };
             let zero_mm = if self.absolute { self.frames.offset_mm() } else { &self.position_mm };
             let at_mm = zero_mm[axis] + word.value * self.mm_per_unit;
@@ -97,4 +99,11 @@ impl Executor<'_> {
             self.axes_used.insert(axis);
         }
     }
+}
+
+/// G0 to G3.
+fn motion_code(value: f64) -> Option<Op> {
+    let codes = [Op::Rapid, Op::Line, Op::ArcClockwise, Op::ArcCounterClockwise];
+    let number = value as u8;
+    codes.get(usize::from(number)).copied().filter(|_| f64::from(number) == value)
 }

@@ -69,8 +69,7 @@ impl Plunges {
             let [x_mm, y_mm, z_mm] = cut;
             let near = |axis: Axis, at_mm: f64| (to[axis] - at_mm).abs() < ROUNDING_MM;
             let is_there = near(Axis::X, x_mm) && near(Axis::Y, y_mm);
-            to[Axis::Z] > deepest_mm + ROUNDING_MM
-                || (is_there && to[Axis::Z] > z_mm - ROUNDING_MM)
+            to[Axis::Z] > deepest_mm + ROUNDING_MM || (is_there && to[Axis::Z] > z_mm - ROUNDING_MM)
         })
     }
 

@@ -222,7 +222,7 @@ impl<'a> Run<'a> {
         if block.statement().is_some() {
             self.engine.blocks += 1;
             self.engine.executor.line = line;
-            let result = self.statement(&body, at, block, place);
+            let result = self.statement(&body, at, block, &place);
             self.engine.report(&place, true);
             return result;
         }
