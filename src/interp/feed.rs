@@ -2,6 +2,8 @@
 //!
 //! A move always carries mm (of rotary axes alone: degrees) a minute. G95 takes the spindle's speed
 //! as it was commanded, of G96 that at the greater diameter of the move; G93 divides the length of the move by its time.
+//! The operator's override scales it, except under M49 and where the feed follows the spindle
+//! (threads, taps).
 
 use crate::base::{Axis, EventKind, Point};
 use crate::gcode::codes::{FREE_LETTERS, Op};
@@ -269,11 +271,13 @@ impl Executor<'_> {
         | MoveKind::Spline { feed_mm_min, .. } = &mut step.kind
         {
             let value = if turns_only { feed.deg } else { feed.mm };
-            *feed_mm_min = match self.feed_mode {
+            let asked_mm_min = match self.feed_mode {
                 FeedMode::PerMinute => value,
                 FeedMode::PerTurn => value * self.turns_of(&step.from, &step.to),
                 FeedMode::InverseTime => value * way,
             };
+            let share = if self.overrides.feed { self.feed_override } else { 1.0 };
+            *feed_mm_min = asked_mm_min * share;
         }
     }
 }

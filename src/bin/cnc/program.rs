@@ -16,7 +16,7 @@ use cnc::tape::{Encoding, Header, Origin};
 
 use crate::args::Global;
 use crate::exit::{Exit, Failure};
-use crate::input::Start;
+use crate::input::{FeedOverride, Start};
 use crate::language::LanguageArgs;
 use crate::{input, report};
 
@@ -26,6 +26,9 @@ pub struct MotionArgs {
     /// How speed is planned
     #[arg(long, value_enum, default_value_t, value_name = "MODE")]
     pub feed: FeedMode,
+    /// Scale the feeds of cuts, from 1% to 200%, where the program lets the operator (M48, M49)
+    #[arg(long = "override", value_name = "PERCENT")]
+    pub feed_override: Option<FeedOverride>,
     /// Machine position at which the job starts, in mm [default: the profile's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub start: Option<Start>,
@@ -101,7 +104,12 @@ impl Program {
         }
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
         let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
-        let options = interp::Options { start_mm, tools, ..motion.language.options(file) };
+        let options = interp::Options {
+            start_mm,
+            tools,
+            feed_override_percent: motion.feed_override.map(FeedOverride::percent),
+            ..motion.language.options(file)
+        };
         let checked = interp::check(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
@@ -175,6 +183,9 @@ impl Program {
         }
         if self.options.lenient {
             options.push(("lenient".to_owned(), "on".to_owned()));
+        }
+        if let Some(percent) = self.options.feed_override_percent {
+            options.push(("override".to_owned(), percent.to_string()));
         }
         if self.feed == Feed::Constant {
             options.push(("feed".to_owned(), "constant".to_owned()));
