@@ -37,6 +37,8 @@ pub struct Place {
     pub segment: u64,
     /// Where on the segment, as a share of its way.
     pub share: f64,
+    /// Line of the NC program that the segment belongs to.
+    pub line: u32,
     /// What a stop there interrupts.
     pub kind: SeamKind,
     /// It lies inside a block.
@@ -65,6 +67,7 @@ impl Place {
         Place {
             segment: 0,
             share: 0.0,
+            line: 0,
             kind: SeamKind::Rest,
             is_inside: false,
             is_forced: true,
@@ -106,6 +109,7 @@ pub struct Places {
     moving: AxisSet,
     /// Segments passed, and whether one is under way.
     segment: u64,
+    line: u32,
     ended: Option<EndedBlock>,
     finished: bool,
 }
@@ -142,6 +146,7 @@ impl Places {
             waits: 0,
             moving: AxisSet::EMPTY,
             segment: 0,
+            line: 0,
             ended: None,
             finished: false,
         }
@@ -165,7 +170,7 @@ impl Places {
                     _ => {}
                 }
             }
-            Decided::Piece { piece, ends_mm_s } => {
+            Decided::Piece { piece, ends_mm_s, .. } => {
                 if piece.shares[0] == 0.0 {
                     self.end_block(piece.segment.feed_mm_s.is_none());
                 }
@@ -198,6 +203,7 @@ impl Places {
         let ends_sq = ends_mm_s.map(|speed| speed * speed);
         let ticks = piece.ramp(ends_mm_s).duration_s() / self.tick_s;
         self.catch_up(&piece, ends_sq, ticks);
+        self.line = piece.segment.line;
         self.at_ticks += ticks;
         self.moving = self.moving.union(moving(&piece.segment));
         let (is_end, rests) = (piece.shares[1] == 1.0, ends_sq[1] == 0.0);
@@ -246,6 +252,7 @@ impl Places {
         self.places.push_back(Place {
             segment: self.segment,
             share,
+            line: self.line,
             kind,
             is_inside,
             is_forced: false,

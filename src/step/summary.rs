@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::base::machine::Bus;
-use crate::base::{AxisMap, Command, EventKind, Machine, Tick};
+use crate::base::machine::{BufferTime, Bus};
+use crate::base::{Axis, AxisMap, AxisSet, Command, EventKind, Machine, Tick};
 use crate::plan::{Bound, Planned, Profile, SeamKind};
 
 /// Collects the figures of a job while its plan and its commands pass by.
@@ -112,11 +112,9 @@ impl Summary {
 
     /// Time from start to end: motion, pauses, fills and pads. Events take what they take.
     pub fn total_s(&self, machine: &Machine) -> f64 {
-        let bus = &machine.bus;
-        let buffered = bus.motion_ticks_max().is_some();
         let refills_s: f64 =
-            self.buffers.iter().map(|buffer| buffer.fill_s(bus) + buffer.pads_s(bus)).sum();
-        self.motion_s(machine) + self.dwell_s + if buffered { refills_s } else { 0.0 }
+            self.buffers.iter().map(|buffer| buffer.time(&machine.bus).total_s()).sum();
+        self.motion_s(machine) + self.dwell_s + refills_s
     }
 
     /// The seams, in order; none on a machine without node buffers.
@@ -125,7 +123,7 @@ impl Summary {
         let pairs = self.buffers.iter().zip(self.buffers.iter().skip(1));
         let seam = |(buffer, (before, after)): (u32, (&Buffer, &Buffer))| {
             tick += before.ticks;
-            let lost_s = before.pads_s(&machine.bus) + after.fill_s(&machine.bus);
+            let lost_s = before.time(&machine.bus).pads_s + after.time(&machine.bus).fill_s;
             let kind = self.ends.get(&buffer).copied().unwrap_or(SeamKind::Rest);
             Seam { tick, line: before.line, kind, lost_s }
         };
@@ -134,13 +132,12 @@ impl Summary {
 }
 
 impl Buffer {
-    /// Filling the nodes that move, one after the other.
-    fn fill_s(&self, bus: &Bus) -> f64 {
-        bus.fill_s(self.moved.0.iter().filter(|moved| **moved != 0).count())
+    fn time(&self, bus: &Bus) -> BufferTime {
+        bus.buffer_time(self.ticks as f64, moved(&self.moved))
     }
+}
 
-    /// The zero entries after the last motion, as fast as answers come.
-    fn pads_s(&self, bus: &Bus) -> f64 {
-        u64::from(bus.buffer_ticks).saturating_sub(self.ticks) as f64 * bus.pad_s()
-    }
+/// The axes whose counts, or-ed, are not all zero.
+pub(super) fn moved(counts: &AxisMap<i32>) -> AxisSet {
+    Axis::ALL.into_iter().filter(|axis| counts[*axis] != 0).collect()
 }
