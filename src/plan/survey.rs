@@ -18,7 +18,7 @@ use crate::path::PathItem;
 use super::cost::{Cost, INSIDE_PENALTY_S};
 use super::decisions::Decisions;
 use super::places::{Place, Places};
-use super::{Feed, Seam, SeamKind, Seams};
+use super::{Feed, SeamKind, Seams};
 
 /// What a seam costs, as it was placed by.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,6 +6,8 @@ use crate::base::machine::{BufferTime, Bus};
 use crate::base::{Axis, AxisMap, AxisSet, Command, EventKind, Machine, Tick};
 use crate::plan::{Bound, Planned, Profile, SeamKind};
 
+use super::Times;
+
 /// Collects the figures of a job while its plan and its commands pass by.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
@@ -21,6 +23,8 @@ pub struct Summary {
     pub events: u64,
     /// Everything but the program's own feed that set the speed of some segment.
     pub bounds: BTreeSet<Bound>,
+    /// What blocks and tools take, if that is asked for.
+    pub times: Option<Times>,
     buffers: Vec<Buffer>,
     /// Buffer of the motion planned last.
     buffer: u32,
@@ -52,8 +56,16 @@ pub struct Seam {
 }
 
 impl Summary {
+    /// With the times of blocks and tools.
+    pub fn with_times(machine: &Machine) -> Summary {
+        Summary { times: Some(Times::new(machine)), ..Summary::default() }
+    }
+
     /// An item of the plan passes by.
     pub fn planned(&mut self, planned: &Planned) {
+        if let Some(times) = &mut self.times {
+            times.planned(planned);
+        }
         match planned {
             Planned::Profile(profile) => self.profile(profile),
             Planned::Event(_) => {}
@@ -88,6 +100,9 @@ impl Summary {
 
     fn tick(&mut self, tick: &Tick) {
         self.ticks += 1;
+        if let Some(times) = &mut self.times {
+            times.tick(tick);
+        }
         while self.buffers.len() <= tick.buffer as usize {
             let moved = AxisMap::default();
             self.buffers.push(Buffer { ticks: 0, moved, line: 0 });

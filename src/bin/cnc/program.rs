@@ -10,7 +10,7 @@ use cnc::base::machine::Rapid;
 use cnc::base::{Axis, Command, Machine, Point, Source};
 use cnc::interp::{self, Checked, RunError};
 use cnc::path::{self, PathItem};
-use cnc::plan::{self, Feed, Seams};
+use cnc::plan::{self, BlockSpeed, Feed, SeamCost, Seams};
 use cnc::step::{self, Summary, thesis};
 use cnc::tape::{Encoding, Header, Origin};
 
@@ -171,6 +171,16 @@ impl Program {
                 summary.borrow_mut().command(command);
             }
         })
+    }
+
+    /// What sets the speed of each block.
+    pub fn block_speeds(&self) -> impl Iterator<Item = Result<BlockSpeed, RunError>> {
+        plan::explain(self.path(), &self.machine, self.feed, &self.seams)
+    }
+
+    /// What each seam costs.
+    pub fn seam_costs(&self) -> Result<Vec<SeamCost>, RunError> {
+        plan::survey(self.path(), &self.machine, self.feed, &self.seams)
     }
 
     /// The header of the job's dump.
