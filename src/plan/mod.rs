@@ -36,7 +36,7 @@ pub use explain::{BlockSpeed, Explainer, explain};
 pub use ramp::Ramp;
 pub use schedule::Planner;
 pub use seams::{Seam, SeamKind, Seams, place};
-pub use survey::{NextBest, SeamCost, survey};
+pub use survey::{NextBest, SeamCost, SeamReport, survey};
 
 use std::sync::Arc;
 

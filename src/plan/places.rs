@@ -23,8 +23,8 @@ use super::piece::Piece;
 use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
 
-/// Ends of blocks within a cut that lie closer behind another place are left out: at 4 ticks a
-/// buffer has still 374 places to choose from.
+/// Places that lie closer behind another that is as good are left out, but for those where motion
+/// rests: at 4 ticks a buffer has still 374 to choose from.
 const APART_TICKS: f64 = 4.0;
 
 /// Blocks that take less than this share of a buffer have no place inside.
@@ -54,11 +54,11 @@ pub struct Place {
     /// Axes that move between the place before and it.
     pub moving: AxisSet,
     /// Stretches between events up to it: each begins on a tick's boundary.
-    stretch: u64,
+    pub stretch: u64,
     /// Stops up to it that may wait for a tick's boundary.
-    waits: u64,
+    pub waits: u64,
     /// Square of the speed that is reached from rest there, until it is that of the plan.
-    catching_up_sq: Option<f64>,
+    pub catching_up_sq: Option<f64>,
 }
 
 impl Place {
@@ -103,7 +103,8 @@ pub struct Places {
     /// Places in order, waiting for what speeding up again takes.
     places: VecDeque<Place>,
     at_ticks: f64,
-    last_at_ticks: f64,
+    /// Where the last place of each rank lies, the best rank first.
+    last_at_ticks: [f64; 4],
     stretch: u64,
     waits: u64,
     moving: AxisSet,
@@ -141,7 +142,7 @@ impl Places {
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
-            last_at_ticks: 0.0,
+            last_at_ticks: [0.0, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
             stretch: 0,
             waits: 0,
             moving: AxisSet::EMPTY,
@@ -241,14 +242,20 @@ impl Places {
         if stops && self.may_wait() {
             self.waits += 1;
         }
-        if !rests && self.at_ticks < self.last_at_ticks + APART_TICKS {
+        let rank = match kind {
+            SeamKind::Rest => 0,
+            SeamKind::Rapid => 1,
+            SeamKind::Cut => 2 + usize::from(is_inside),
+        };
+        let last_at_ticks = self.last_at_ticks[..=rank].iter().fold(0.0, |a: f64, b| a.max(*b));
+        if !rests && self.at_ticks < last_at_ticks + APART_TICKS {
             return;
         }
         let before_ticks = if stops { 0.0 } else { self.braking_ticks() };
         if stops {
             self.behind.clear();
         }
-        self.last_at_ticks = self.at_ticks;
+        self.last_at_ticks[rank] = self.at_ticks;
         self.places.push_back(Place {
             segment: self.segment,
             share,

@@ -80,6 +80,14 @@ impl Seams {
     }
 }
 
+/// Seams in the order of the path, each at the end of a segment or of a piece that long segments are
+/// cut into; others are passed over.
+impl FromIterator<Seam> for Seams {
+    fn from_iter<I: IntoIterator<Item = Seam>>(seams: I) -> Seams {
+        Seams(seams.into_iter().collect())
+    }
+}
+
 /// Finds the seams of a path. On a machine without node buffers there are none.
 ///
 /// # Errors
@@ -250,3 +258,6 @@ impl Choice {
         Seams(self.seams)
     }
 }
+
+#[cfg(test)]
+mod tests;

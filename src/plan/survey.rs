@@ -51,6 +51,16 @@ pub struct NextBest {
     pub more_inside: i64,
 }
 
+/// What the seams of a job cost.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct SeamReport {
+    /// All of them in order, those where a person acts among them.
+    pub seams: Vec<SeamCost>,
+    /// What the choice costs more than the best one: nothing, unless it was made before enough of
+    /// the program was known.
+    pub above_least_s: f64,
+}
+
 impl SeamCost {
     /// All parts.
     pub fn total_s(&self) -> f64 {
@@ -58,7 +68,7 @@ impl SeamCost {
     }
 }
 
-/// What the seams of a path cost, in order, those where a person acts among them.
+/// What the seams of a path cost.
 ///
 /// # Errors
 /// Those of the path.
@@ -67,16 +77,12 @@ pub fn survey<E>(
     machine: &Machine,
     feed: Feed,
     seams: &Seams,
-) -> Result<Vec<SeamCost>, E> {
-    let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(Vec::new()) };
-    let mut places = Places::new(machine, feed);
-    let mut survey = Survey {
-        cost: Cost::new(machine, f64::from(ticks_max)),
-        seams,
-        next_seam: 0,
-        places: vec![Place::start()],
-        found: Vec::new(),
+) -> Result<SeamReport, E> {
+    let Some(ticks_max) = machine.bus.motion_ticks_max() else {
+        return Ok(SeamReport::default());
     };
+    let mut places = Places::new(machine, feed);
+    let mut survey = Survey::new(machine, f64::from(ticks_max), seams);
     for decided in Decisions::new(path, machine, feed, Seams::NONE) {
         places.push(decided?);
         while let Some(place) = places.pop() {
@@ -91,18 +97,30 @@ pub fn survey<E>(
 }
 
 /// Takes places and gives out what the seams among them cost.
-struct Survey<'s> {
+pub(super) struct Survey<'s> {
     cost: Cost,
     seams: &'s Seams,
     /// Seams passed.
     next_seam: usize,
     /// Places of the section under way.
     places: Vec<Place>,
-    found: Vec<SeamCost>,
+    found: SeamReport,
 }
 
-impl Survey<'_> {
-    fn push(&mut self, place: Place) {
+impl<'s> Survey<'s> {
+    /// Of a job on a machine whose buffers take so many ticks of motion.
+    pub fn new(machine: &Machine, ticks_max: f64, seams: &'s Seams) -> Survey<'s> {
+        Survey {
+            cost: Cost::new(machine, ticks_max),
+            seams,
+            next_seam: 0,
+            places: vec![Place::start()],
+            found: SeamReport::default(),
+        }
+    }
+
+    /// Takes the next place.
+    pub fn push(&mut self, place: Place) {
         let is_forced = place.is_forced;
         self.places.push(place);
         if is_forced {
@@ -110,12 +128,12 @@ impl Survey<'_> {
         }
     }
 
-    /// The end of the job is no seam.
-    fn finish(mut self) -> Vec<SeamCost> {
+    /// No place follows; the end of the job is no seam.
+    pub fn finish(mut self) -> SeamReport {
         if self.places.len() > 1 {
             self.section();
         }
-        self.found.pop();
+        self.found.seams.pop();
         self.found
     }
 
@@ -124,7 +142,7 @@ impl Survey<'_> {
         let chosen = self.chosen();
         let pairs = chosen.iter().zip(&chosen[1..]);
         let buffers: Vec<BufferTime> = pairs.map(|(from, to)| self.buffer(*from, *to)).collect();
-        if let (Some(before), Some(first)) = (self.found.last_mut(), buffers.first()) {
+        if let (Some(before), Some(first)) = (self.found.seams.last_mut(), buffers.first()) {
             before.fill_s = first.fill_s;
         }
         let ends = || chosen.iter().skip(1).copied();
@@ -132,12 +150,13 @@ impl Survey<'_> {
             + ends().map(|n| self.cost.place_s(&self.places[n])).sum::<f64>();
         let ways = Ways::new(&self.places, &self.cost);
         let last = self.places.len() - 1;
+        self.found.above_least_s += total_s - ways.to_s[last];
         for (k, n) in ends().enumerate() {
             let least_s = if n < last { ways.least_s_without(n) } else { f64::INFINITY };
             let place = &self.places[n];
             let is_inside = place.is_inside && place.kind == SeamKind::Cut;
             let inside_s = if is_inside { INSIDE_PENALTY_S } else { 0.0 };
-            self.found.push(SeamCost {
+            self.found.seams.push(SeamCost {
                 line: place.line,
                 kind: place.kind,
                 is_inside,

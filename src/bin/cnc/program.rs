@@ -10,7 +10,7 @@ use cnc::base::machine::Rapid;
 use cnc::base::{Axis, Command, Machine, Point, Source};
 use cnc::interp::{self, Checked, RunError};
 use cnc::path::{self, PathItem};
-use cnc::plan::{self, BlockSpeed, Feed, SeamCost, Seams};
+use cnc::plan::{self, BlockSpeed, Feed, SeamReport, Seams};
 use cnc::step::{self, Summary, thesis};
 use cnc::tape::{Encoding, Header, Origin};
 
@@ -179,7 +179,7 @@ impl Program {
     }
 
     /// What each seam costs.
-    pub fn seam_costs(&self) -> Result<Vec<SeamCost>, RunError> {
+    pub fn seam_costs(&self) -> Result<SeamReport, RunError> {
         plan::survey(self.path(), &self.machine, self.feed, &self.seams)
     }
 

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use anyhow::anyhow;
 use cnc::base::rounding::six_digits;
-use cnc::plan::{NextBest, SeamCost};
+use cnc::plan::{NextBest, SeamCost, SeamReport};
 use cnc::step::{Seam, Summary};
 use serde_json::{Value, json};
 
@@ -19,7 +19,7 @@ pub fn report(program: &Program, as_json: bool) -> Result<(), Failure> {
     program.commands(&summary).try_for_each(|command| command.map(drop)).map_err(changed)?;
     let seams = summary.into_inner().seams(&program.machine);
     let costs = program.seam_costs().map_err(changed)?;
-    if seams.len() != costs.len() {
+    if seams.len() != costs.seams.len() {
         return Err(anyhow!("the program changed while it was read").into());
     }
     let mut out = io::stdout().lock();
@@ -31,39 +31,53 @@ pub fn report(program: &Program, as_json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn table(out: &mut impl Write, seams: &[Seam], costs: &[SeamCost]) -> io::Result<()> {
-    if costs.is_empty() {
+fn table(out: &mut impl Write, seams: &[Seam], costs: &SeamReport) -> io::Result<()> {
+    if seams.is_empty() {
         return writeln!(out, "there are no seams");
     }
+    writeln!(out, "seconds that each seam costs; what the job costs more with none at its place")?;
+    writeln!(out)?;
     writeln!(
         out,
-        "{:>9} {:>7}  {:<6} {:>8} {:>8} {:>8} {:>8} {:>8}  next best",
-        "tick", "line", "kind", "fill s", "pads s", "ramps s", "mark s", "total s"
+        "{:>9} {:>7}  {:<5} {:>8} {:>8} {:>8} {:>8} {:>8}  next best",
+        "tick", "line", "kind", "fill", "pads", "ramps", "penalty", "total"
     )?;
-    for (seam, cost) in seams.iter().zip(costs) {
+    for (seam, cost) in seams.iter().zip(&costs.seams) {
         let (tick, line, kind) = (seam.tick, cost.line, cost.kind.name());
-        write!(out, "{tick:>9} {line:>7}  {kind:<6}")?;
+        write!(out, "{tick:>9} {line:>7}  {kind:<5}")?;
         for part_s in [cost.fill_s, cost.pads_s, cost.ramps_s, cost.penalty_s, cost.total_s()] {
             write!(out, " {part_s:>8.3}")?;
         }
         writeln!(out, "  {}", next_best(cost.next_best))?;
     }
-    let total_s: f64 = costs.iter().map(SeamCost::total_s).sum();
-    let plural = if costs.len() == 1 { "" } else { "s" };
-    writeln!(out, "{} seam{plural}, {total_s:.3} s", costs.len())
+    writeln!(out)?;
+    writeln!(out, "{} in all: {:.3}", seams.len(), total_s(costs))?;
+    if above_least_s(costs) > 0.0 {
+        writeln!(out, "the best choice over all of the program: {:.3} less", costs.above_least_s)?;
+    }
+    Ok(())
+}
+
+fn total_s(costs: &SeamReport) -> f64 {
+    costs.seams.iter().map(SeamCost::total_s).sum()
+}
+
+/// To the microsecond: sums that differ in their order differ by less.
+fn above_least_s(costs: &SeamReport) -> f64 {
+    six_digits(costs.above_least_s.max(0.0))
 }
 
 fn next_best(next_best: Option<NextBest>) -> String {
-    match next_best {
-        None => "none".to_owned(),
-        Some(NextBest { more_s, more_inside: 0 }) => format!("{more_s:+.3} s"),
-        Some(NextBest { more_s, more_inside }) => {
-            format!("{more_s:+.3} s, {more_inside} more inside a block of a cut")
-        }
+    let Some(NextBest { more_s, more_inside }) = next_best else { return "none".to_owned() };
+    // No minus before a zero.
+    let more_s = (more_s * 1e3).round() / 1e3 + 0.0;
+    match more_inside {
+        0 => format!("{more_s:+.3}"),
+        _ => format!("{more_s:+.3}, and {more_inside} more inside a block of a cut"),
     }
 }
 
-fn document(out: &mut impl Write, seams: &[Seam], costs: &[SeamCost]) -> io::Result<()> {
+fn document(out: &mut impl Write, seams: &[Seam], costs: &SeamReport) -> io::Result<()> {
     let seam = |(seam, cost): (&Seam, &SeamCost)| {
         json!({
             "tick": seam.tick,
@@ -79,7 +93,12 @@ fn document(out: &mut impl Write, seams: &[Seam], costs: &[SeamCost]) -> io::Res
             "next_best_more_inside": cost.next_best.map(|best| best.more_inside),
         })
     };
-    let list: Vec<Value> = seams.iter().zip(costs).map(seam).collect();
-    let total_s: f64 = costs.iter().map(SeamCost::total_s).sum();
-    writeln!(out, "{}", json!({"schema": 1, "seams": list, "total_seconds": six_digits(total_s)}))
+    let list: Vec<Value> = seams.iter().zip(&costs.seams).map(seam).collect();
+    let document = json!({
+        "schema": 1,
+        "seams": list,
+        "total_seconds": six_digits(total_s(costs)),
+        "above_least_seconds": above_least_s(costs),
+    });
+    writeln!(out, "{document}")
 }
