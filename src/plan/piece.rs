@@ -377,7 +377,8 @@ impl Piece {
             speed_mm_s * speed_mm_s >= limit_sq * (1.0 - SPEEDS_EQUAL)
         };
         let is_at_limit = |end: &usize| is_reached(ends_mm_s[*end], self.ends_sq_max[*end]);
-        if let Some(end) = [0, 1].into_iter().find(is_at_limit) {
+        let ends = if ends_mm_s[1] > ends_mm_s[0] { [1, 0] } else { [0, 1] };
+        if let Some(end) = ends.into_iter().find(is_at_limit) {
             return self.bounds[end];
         }
         let slow = usize::from(self.ends_sq_max[1] < self.ends_sq_max[0]);
