@@ -261,6 +261,11 @@ impl Executor<'_> {
         faults.push(fault.help("write G97 and S in turns a minute, or a feed a minute"));
     }
 
+    /// What the operator makes of a feed here, as its multiple.
+    pub(super) fn feed_scale(&self) -> f64 {
+        if self.overrides.feed { self.feed_override } else { 1.0 }
+    }
+
     /// Gives a move its speed; the feed is known.
     pub(super) fn apply_feed(&self, step: &mut Move, turns_only: bool) {
         let Some(feed) = self.feed else { return };
@@ -276,8 +281,7 @@ impl Executor<'_> {
                 FeedMode::PerTurn => value * self.turns_of(&step.from, &step.to),
                 FeedMode::InverseTime => value * way,
             };
-            let share = if self.overrides.feed { self.feed_override } else { 1.0 };
-            *feed_mm_min = asked_mm_min * share;
+            *feed_mm_min = asked_mm_min * self.feed_scale();
         }
     }
 }

@@ -13,6 +13,8 @@ pub const INSIDE_PENALTY_S: f64 = 1e6;
 #[derive(Debug)]
 pub struct Cost {
     bus: Bus,
+    pad_s: f64,
+    entries: f64,
     tick_s: f64,
     cut_penalty_s: f64,
     ticks_max: f64,
@@ -23,6 +25,8 @@ impl Cost {
     pub fn new(machine: &Machine, ticks_max: f64) -> Cost {
         Cost {
             bus: machine.bus.clone(),
+            pad_s: machine.bus.pad_s(),
+            entries: f64::from(machine.bus.buffer_ticks),
             tick_s: machine.bus.tick_s(),
             cut_penalty_s: machine.seam_in_cut_penalty_s,
             ticks_max,
@@ -36,10 +40,21 @@ impl Cost {
         end.at_ticks - start.at_ticks <= self.ticks_max
     }
 
+    /// Filling the nodes of these axes.
+    pub fn fill_s(&self, moving: AxisSet) -> f64 {
+        self.bus.fill_s(moving)
+    }
+
+    /// Pads of a buffer; none if it is too long.
+    pub fn pads_s(&self, start: &Place, end: &Place) -> Option<f64> {
+        let ticks = start.ticks_to(end);
+        (ticks <= self.ticks_max).then(|| (self.entries - ticks) * self.pad_s)
+    }
+
     /// Fills and pads of a buffer in which these axes move; none if it is too long.
     pub fn buffer(&self, start: &Place, end: &Place, moving: AxisSet) -> Option<BufferTime> {
-        let ticks = start.ticks_to(end);
-        (ticks <= self.ticks_max).then(|| self.bus.buffer_time(ticks, moving))
+        let pads_s = self.pads_s(start, end)?;
+        Some(BufferTime { fill_s: self.fill_s(moving), pads_s })
     }
 
     /// What the ramps of a stop take.

@@ -27,6 +27,9 @@ use super::places::{Place, Places};
 /// Buffers that may stay open before the cheapest way so far is taken.
 const OPEN_BUFFERS_MAX: usize = 64;
 
+/// Costs that differ by less are the same, but for rounding.
+const TIE_S: f64 = 1e-7;
+
 /// The places where node buffers end, in the order of the path.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seams(Vec<Seam>);
@@ -155,21 +158,26 @@ impl Choice {
         let place_s = self.cost.place_s(&place);
         let mut best: Option<(f64, usize)> = None;
         let mut moving = place.moving;
-        for from in (self.forced.max(self.first)..number).rev() {
-            let start = &self.open[from - self.first];
+        let mut fill_s = self.cost.fill_s(moving);
+        let earliest = self.forced.max(self.first);
+        for (from, start) in (earliest..number).zip(self.open.range(earliest - self.first..)).rev()
+        {
             if !self.cost.reaches(&start.place, &place) {
                 break;
             }
-            if let Some(time) = self.cost.buffer(&start.place, &place, moving) {
-                let cost_s = start.cost_s + time.total_s() + place_s;
-                if best.is_none_or(|(least_s, _)| cost_s < least_s) {
+            if let Some(pads_s) = self.cost.pads_s(&start.place, &place) {
+                let cost_s = start.cost_s + fill_s + pads_s + place_s;
+                if best.is_none_or(|(least_s, _)| cost_s < least_s - TIE_S) {
                     best = Some((cost_s, from));
                 }
             }
-            moving = moving.union(start.place.moving);
+            let all = moving.union(start.place.moving);
+            if all != moving {
+                (moving, fill_s) = (all, self.cost.fill_s(all));
+            }
         }
         // Where a place cannot be reached with one buffer it is no place.
-        let (cost_s, from) = best.unwrap_or((f64::INFINITY, self.forced.max(self.first)));
+        let (cost_s, from) = best.unwrap_or((f64::INFINITY, earliest));
         let buffers = self.open[from - self.first].buffers + 1;
         if place.is_forced {
             self.forced = number;

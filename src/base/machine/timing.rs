@@ -45,21 +45,23 @@ impl Bus {
         if self.protocol != Protocol::Buffered || moving.is_empty() {
             return BufferTime::default();
         }
+        let pads = (f64::from(self.buffer_ticks) - ticks).max(0.0);
+        BufferTime { fill_s: self.fill_s(moving), pads_s: pads * self.pad_s() }
+    }
+
+    /// Filling and starting the nodes of a buffer in which these axes move, some of them at least.
+    pub fn fill_s(&self, moving: AxisSet) -> f64 {
         let mut filled = moving;
         if let Master::Axis(axis) = self.master {
             filled.insert(axis);
         }
         let node_s =
             self.wire_s(self.buffer_ticks + FILL_EXTRA_BYTES) + FILL_ANSWERS * self.answer_s();
-        let pads = (f64::from(self.buffer_ticks) - ticks).max(0.0);
-        BufferTime {
-            fill_s: filled.len() as f64 * node_s + self.wire_s(START_BYTES),
-            pads_s: pads * self.pad_s(),
-        }
+        filled.len() as f64 * node_s + self.wire_s(START_BYTES)
     }
 
     /// A zero entry, as fast as answers come: sync byte, node, answer.
-    fn pad_s(&self) -> f64 {
+    pub fn pad_s(&self) -> f64 {
         self.wire_s(1) + f64::from(SPI_US) * 1e-6 + self.answer_s()
     }
 
