@@ -21,6 +21,7 @@ use crate::base::machine::Bus;
 use crate::path::PathItem;
 
 use super::Feed;
+use super::blend::blended;
 use super::lookahead::LookAhead;
 use super::places::{Place, Places};
 use super::source::Cutter;
@@ -98,7 +99,7 @@ pub fn place<E>(
     let mut ahead = LookAhead::new(machine, feed);
     let mut places = Places::new(machine, feed);
     let mut choice = Choice::new(machine, f64::from(ticks_max));
-    for item in path {
+    for item in blended(path, machine, feed) {
         cutter.push(item?);
         while let Some(item) = cutter.pop() {
             ahead.push(item);
