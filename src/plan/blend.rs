@@ -43,6 +43,9 @@ const SPEED_MARGIN: f64 = 1.1;
 /// crumb.
 const HALF_NEARLY: f64 = 0.49;
 
+/// Sharper corners stay: 150 degrees. A way back would only be turned round before its end.
+const CHANGE_MAX: f64 = 1.931_851_652_578_136_6;
+
 /// Shorter curves are rounding: the directions of what is cut back hang on it.
 const REACH_LEAST_MM: f64 = 1e-4;
 
@@ -223,7 +226,7 @@ struct Side {
 }
 
 impl<'a> Turn<'a> {
-    /// None where the corner needs no slowing.
+    /// None where the corner needs no slowing, or is no corner but a turn back.
     fn new(before: &'a Segment, after: &'a Segment, machine: &Machine) -> Option<Turn<'a>> {
         let Corner::Blend { tolerance_mm } = before.corner else { return None };
         let rates = [before.rates_at(1.0), after.rates_at(0.0)];
@@ -240,6 +243,9 @@ impl<'a> Turn<'a> {
         let lengths_mm = [before.length_mm(), after.length_mm()];
         let changes = AxisMap::from_fn(|axis| rates[1].tangent[axis] - rates[0].tangent[axis]);
         let change = Axis::LINEAR.map(|axis| changes[axis].powi(2)).iter().sum::<f64>().sqrt();
+        if change > CHANGE_MAX {
+            return None;
+        }
         let chord_mm_s2 = 8.0 * CHORD_SHARE * own_mm / (tick_s * tick_s);
         let accels =
             machine.axes.iter().map(|axis| axis.accel_max_mm_s2 / changes[axis.axis].abs());
