@@ -162,8 +162,19 @@ fn a_right_angle_uses_its_tolerance() {
             (at[Axis::X] - corner_mm[Axis::X]).hypot(at[Axis::Y] - corner_mm[Axis::Y])
         };
         let nearest_mm = ticks.iter().map(distance).fold(f64::INFINITY, f64::min);
-        eprintln!("P{mm}: {blended} {exact} {nearest_mm}");
         assert!(nearest_mm <= mm + 0.007, "P{mm}: {nearest_mm} mm off the corner");
         assert!(mm < 0.1 || nearest_mm > 0.9 * (mm - 0.0025), "P{mm}: {nearest_mm} mm off");
+    }
+}
+
+/// What is cut off under a wide tolerance is no path under a narrow one, nor under G61.
+#[test]
+fn verify_allows_what_the_program_does() {
+    let machine = load("router");
+    let segments = |mm: f64| segments(&right_angle(Some(mm), 6000.0), &machine, false);
+    let ticks = ticks(&segments(0.1), &machine);
+    for (mm, verdict) in [(0.0, Verdict::Fail), (0.09, Verdict::Fail), (0.1, Verdict::Pass)] {
+        let report = report(&segments(mm), &ticks, &machine);
+        assert_eq!(report.verdict, verdict, "P{mm}: {:?}", report.failures);
     }
 }
