@@ -167,7 +167,7 @@ proptest! {
             machine.rapid = Rapid::Independent;
             machine.axes[1].speed_max_mm_s *= 0.7;
             machine.axes[2].accel_max_mm_s2 *= 0.3;
-            let rapids = legs.iter().cloned().map(|leg| Leg { feed_mm_min: None, ..leg });
+            let rapids = legs.iter().map(|leg| Leg { feed_mm_min: None, ..*leg });
             check(&rapids.collect::<Vec<_>>(), &machine, Feed::LookAhead)?;
             check(&legs, &machine, Feed::LookAhead)?;
         }

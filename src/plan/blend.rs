@@ -119,7 +119,7 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Blended<'_, I> {
 
 impl<I> Blended<'_, I> {
     fn may_end_in_curve(&self, segment: &Segment) -> bool {
-        self.is_on && matches!(segment.corner, Corner::Blend { .. }) && may_be_cut(segment)
+        self.is_on && may_be_cut(segment)
     }
 
     fn segment(&mut self, segment: Segment) {
@@ -159,11 +159,13 @@ impl<I> Blended<'_, I> {
     }
 }
 
-/// Whether curves may take parts of a segment.
+/// Whether curves may take parts of a segment, at its start as at its end: under G61, or where motion is
+/// bound to the spindle or to a probe, all of the way is kept.
 fn may_be_cut(segment: &Segment) -> bool {
     let rests = |axis: &Axis| segment.from_mm[*axis] == segment.to_mm[*axis];
     let others = Axis::ALL.iter().filter(|axis| !Axis::LINEAR.contains(axis));
-    segment.feed_mm_s.is_some()
+    matches!(segment.corner, Corner::Blend { .. })
+        && segment.feed_mm_s.is_some()
         && !matches!(segment.curve, Curve::Spline(_))
         && segment.length_mm() > 0.0
         && others.into_iter().all(rests)

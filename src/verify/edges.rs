@@ -120,7 +120,10 @@ where
         let (line, feed) = (cut.segment.line, cut.segment.feed_mm_s.unwrap_or(f64::INFINITY));
         let (to, is_last) = cut.next(self.sagitta_mm);
         let end_slack_mm = self.slack_mm(&cut.segment);
-        let start_slack_mm = if feed.is_finite() { self.corner_slack_mm } else { 0.0 };
+        let start_slack_mm = match cut.segment.corner {
+            Corner::Blend { .. } if feed.is_finite() => self.corner_slack_mm,
+            Corner::Blend { .. } | Corner::Exact | Corner::Stop => 0.0,
+        };
         let slack_mm = start_slack_mm.max(end_slack_mm);
         let mut slacks_mm = [slack_mm; 2];
         if is_last {
