@@ -167,7 +167,8 @@ where
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
         let mut edges = Edges::new(self.path()?, self.setup.machine, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(None) };
-        let mut standing = Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s };
+        let mut standing =
+            Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s, may_be_cut: false };
         let mut feed = Feed::new(self.setup, standing);
         let (mut blocks, mut blended) = (Blocks::default(), Corners::default());
         // The chords here may be coarser than those of the ladder that the distance comes from.
@@ -182,7 +183,8 @@ where
                 blocks.add(near.distance_mm, at);
                 blended.add(&near, at);
                 let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);
-                standing = Standing { at: point.at, along_mm, feed_mm_s };
+                let may_be_cut = near.slack_mm > 0.0;
+                standing = Standing { at: point.at, along_mm, feed_mm_s, may_be_cut };
                 line = near.line;
             } else {
                 standing.feed_mm_s = 0.0;

@@ -294,7 +294,12 @@ impl<const N: usize> Sweep<N> {
         let passed =
             |edge: &Edge| edge.start_mm <= along_mm && edge.start_mm + edge.length_mm >= past_mm;
         let passed = self.rows.iter().map(|row| &row.edge).filter(|edge| passed(edge));
-        let feed_mm_s = passed.map(|edge| edge.feed_mm_s).fold(self.dropped_feed_mm_s, f64::max);
+        // Where corners may be cut by more than the ways between them are long, the nearest point need
+        // not be the one meant: any within reach may be.
+        let is_meant = |row: &&Row<N>| row.edge.slack_mm > 0.0 && !row.reach.is_empty();
+        let meant = self.rows.iter().filter(is_meant).map(|row| &row.edge);
+        let feeds = passed.chain(meant).map(|edge| edge.feed_mm_s);
+        let feed_mm_s = feeds.fold(self.dropped_feed_mm_s, f64::max);
         self.dropped_feed_mm_s = 0.0;
         Some(Match { along_mm, distance_mm, line, feed_mm_s, slack_mm })
     }
