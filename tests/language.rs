@@ -229,7 +229,7 @@ fn the_reference_is_that_of_the_tables() {
     );
     for code in codes::CODES {
         let supported = if code.op.is_some() { "yes" } else { "no" };
-        let (name, group, words) = (code.name(), code.group.name(), code.letters());
+        let (name, group, words) = (code.name(), code.group.name(), code.letters().concat());
         text += &format!("| {name} | {group} | {words} | {supported} | {} |\n", code.meaning);
     }
     text += "\n## Codes of lathes\n\nIn the dialect `fanuc-lathe` these codes mean something else; all \

@@ -12,6 +12,7 @@ use crate::gcode::codes::{
 use crate::gcode::{Block, Fault, rules};
 
 use super::compensation::Compensation;
+use super::corner::Pending;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
 use super::flow::Flow;
@@ -99,6 +100,10 @@ pub(super) struct Executor<'a> {
     pub(super) lathe: Lathe,
     pub(super) spline: SplineState,
     pub(super) compensation: Option<Compensation>,
+    /// A move that waits for the next one, for the corner between them.
+    pub(super) held_move: Option<Box<Pending>>,
+    /// What is wrong with such a corner: faults of the line of its first move.
+    pub(super) corner_faults: Vec<Fault>,
     /// How much motion there was before the block, or before its G40.
     pub(super) motion_first: usize,
     /// G99
@@ -210,6 +215,8 @@ impl<'a> Executor<'a> {
             lathe: Lathe::default(),
             spline: SplineState::default(),
             compensation: None,
+            held_move: None,
+            corner_faults: Vec::new(),
             motion_first: 0,
             returns_to_r: options.dialect == Dialect::LinuxCnc,
             position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
@@ -254,12 +261,15 @@ impl<'a> Executor<'a> {
         if self.run_plain_move(block, out) {
             return Flow::Next;
         }
+        let renamed = if self.is_lathe() { self.with_commas(block) } else { None };
+        let block = renamed.as_ref().unwrap_or(block);
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
         asked.mm_per_unit_before = self.mm_per_unit;
         asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
         asked.is_faulty |= self.breaks_nurbs(block, asked, out.faults);
+        asked.is_faulty |= self.breaks_corner(block, asked);
         self.motion_first = out.motions.len();
         if !asked.is_faulty {
             asked.is_faulty = self.has_unused_words(block, asked, out.faults);

@@ -1,7 +1,7 @@
 //! Movement: where axis words lead, and the arcs between.
 
 use crate::base::{Axis, Point};
-use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, POLAR_LETTERS};
+use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, CORNER_LETTERS, POLAR_LETTERS};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::arc::{ArcTask, center_letter};
@@ -32,7 +32,11 @@ fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
 impl Executor<'_> {
     /// Moves, if the block asks for it.
     pub(super) fn run_motion(&mut self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
-        if block.letters() & POLAR_LETTERS == 0 {
+        let asks = block.letters() & CORNER_LETTERS != 0 || self.held_move.is_some();
+        let is_line = self.motion == MotionMode::Line;
+        if asks || (self.is_lathe() && is_line && block.letters() & self.corner_letters() != 0) {
+            self.run_dimensioned(block, asked, out);
+        } else if block.letters() & POLAR_LETTERS == 0 {
             if self.polar {
                 asked.polar_step = self.polar_mode_step(block);
             }
@@ -44,7 +48,7 @@ impl Executor<'_> {
         }
     }
 
-    fn run_axis_words(&mut self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
+    pub(super) fn run_axis_words(&mut self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
         if let MotionMode::Cycle(cycle) = self.motion {
             let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
             if asks && !asked.axes_claimed && self.is_thread(cycle, block) {

@@ -55,6 +55,7 @@ impl Executor<'_> {
     /// An empty contour that begins where the cycle does.
     pub(super) fn begin_contour(&self, block: &Block) -> Contour {
         let modes = Modes {
+            lathe: self.is_lathe().then(|| self.axes.contains(Axis::C)),
             diameters: self.diameters,
             absolute: self.absolute,
             centers_absolute: self.centers_absolute,

@@ -197,8 +197,7 @@ fn in_force(code: &Code) -> String {
 
 /// The letters that a code makes use of, with a blank between.
 fn letters(code: &Code) -> String {
-    let letters: Vec<String> = code.letters().chars().map(String::from).collect();
-    letters.join(" ")
+    code.letters().join(" ")
 }
 
 fn explain_code(
@@ -236,7 +235,7 @@ fn explain_code(
 fn code_json(code: &Code) -> Value {
     json!({
         "code": code.name(), "group": code.group.name(), "supported": code.op.is_some(),
-        "meaning": code.meaning, "words": code.letters(), "note": notes::note(code),
+        "meaning": code.meaning, "words": code.letters().concat(), "note": notes::note(code),
     })
 }
 
