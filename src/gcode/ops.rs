@@ -84,6 +84,8 @@ pub enum Op {
     Stock(Stock),
     /// G76 of a lathe.
     ThreadCycle,
+    Groove(Groove),
+    Hole(Hole),
     Single(Single),
     MotionOff,
     Stop,
@@ -194,6 +196,38 @@ pub enum Single {
     Thread,
     /// G94
     Face,
+}
+
+/// Cycles of FANUC-style lathes that cut a groove by pecks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Groove {
+    /// G74, along Z
+    Face,
+    /// G75, along X
+    Side,
+}
+
+/// Cycles of FANUC-style lathes that make holes (G83 to G89).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hole {
+    /// Along X; else along Z.
+    pub side: bool,
+    /// What is done to the hole.
+    pub kind: HoleKind,
+}
+
+/// What is done to a hole.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HoleKind {
+    Drill,
+    Tap,
+    Bore,
+}
+
+impl Hole {
+    /// Letters that it makes use of, beside axes.
+    pub const WORDS: u32 = letter_set("KPQR");
 }
 
 /// What roughing does with pockets.

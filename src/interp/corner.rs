@@ -57,7 +57,12 @@ enum Resolved {
 impl Executor<'_> {
     /// Words of lathes without a comma as those with one, beside G1.
     pub(super) fn with_commas(&self, block: &Block) -> Option<Block> {
-        let is_line = self.mode_of(block) == MotionMode::Line;
+        let is_other = |word: &Word| {
+            word.letter == b'G'
+                && self.code_of(word).is_some_and(|code| code.group == Group::NonModal)
+        };
+        let is_line =
+            self.mode_of(block) == MotionMode::Line && !block.words().iter().any(is_other);
         if is_line { renamed(block, self.axes.contains(Axis::C)) } else { None }
     }
 
@@ -72,6 +77,13 @@ impl Executor<'_> {
     /// Letters that say what becomes of a corner, or at which angle a line goes.
     pub(super) fn corner_letters(&self) -> u32 {
         if self.is_lathe() { CORNER_LETTERS | CHAMFER_LETTERS } else { CORNER_LETTERS }
+    }
+
+    /// Whether a block has such letters. I and K of lathes are of other codes too.
+    pub(super) fn is_dimensioned(&self, block: &Block, asked: &Asked) -> bool {
+        let takes_all = self.motion == MotionMode::Line && !asked.axes_claimed;
+        let letters = if takes_all { self.corner_letters() } else { CORNER_LETTERS };
+        block.letters() & letters != 0
     }
 
     /// Reports what stands between a move and the next one, which its corner needs.
@@ -123,10 +135,10 @@ impl Executor<'_> {
         let angle = block.word(COMMA_A);
         let is_open = self.held_move.as_ref().is_some_and(|pending| pending.angle_deg.is_some());
         let asks = block.letters() & AXIS_LETTERS != 0 || angle.is_some();
+        let asks = asks && !asked.axes_claimed;
         if asked.is_faulty || !asks {
-            if let Some(word) = block.first_of(self.corner_letters()).filter(|_| !asked.is_faulty) {
-                out.faults.push(lone(word));
-            }
+            let word = block.first_of(CORNER_LETTERS).filter(|_| !asked.is_faulty);
+            out.faults.extend(word.map(lone));
             return self.run_axis_words(block, asked, out);
         }
         let resolved = match angle.copied() {

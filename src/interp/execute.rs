@@ -7,9 +7,9 @@
 
 use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{
-    AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
+    AXIS_LETTERS, Code, Cycle, Follow, Group, Hole, Op, Single, SplineCode, Stock, Turn,
 };
-use crate::gcode::{Block, Fault, rules};
+use crate::gcode::{Block, Fault, Word, rules};
 
 use super::compensation::Compensation;
 use super::corner::Pending;
@@ -45,6 +45,8 @@ pub(super) enum MotionMode {
     Turn(Turn),
     /// Cycles of lathes that cut once.
     Single(Single),
+    /// Holes of FANUC-style lathes.
+    Hole(Hole),
     Spline(SplineCode),
     /// A code that is not supported: its axis words are its own.
     Foreign,
@@ -352,7 +354,9 @@ impl<'a> Executor<'a> {
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
             Op::GoToReference(_) | Op::StoreReference(_) => self.reference(op, block, *asked, out),
-            Op::LatheSetting | Op::ThreadCycle => self.run_lathe(op, block, asked, out),
+            Op::LatheSetting | Op::ThreadCycle | Op::Groove(_) => {
+                self.run_lathe(op, block, asked, out)
+            }
             Op::Rapid
             | Op::Line
             | Op::ArcClockwise
@@ -362,6 +366,7 @@ impl<'a> Executor<'a> {
             | Op::Follow(_)
             | Op::Turn(_)
             | Op::Single(_)
+            | Op::Hole(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::NurbsEnd => self.end_nurbs(block, asked, out),
             Op::Stop | Op::OptionalStop | Op::PalletStop => return stop(op, out),
@@ -374,7 +379,7 @@ impl<'a> Executor<'a> {
     /// Whether the block asks for a lathe cycle, which needs a contour from elsewhere.
     fn turn_flow(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) -> Flow {
         if let Some(stock) = asked.stock.filter(|_| !asked.is_faulty) {
-            return self.stock_flow(stock, block, out.faults);
+            return self.stock_flow(stock, block, out.text, out.faults);
         }
         let MotionMode::Turn(turn) = self.motion else { return Flow::Next };
         let asks = asked.is_motion_named || block.letters() & AXIS_LETTERS != 0;
@@ -385,7 +390,7 @@ impl<'a> Executor<'a> {
     pub(super) fn set_motion(&mut self, op: Op, asked: &mut Asked) {
         asked.is_motion_named = true;
         self.motion = motion_of(op).unwrap_or(self.motion);
-        if !matches!(op, Op::Cycle(_)) {
+        if !matches!(op, Op::Cycle(_) | Op::Hole(_)) {
             self.cycle.initial_mm = None;
         }
     }
@@ -486,6 +491,14 @@ impl<'a> Executor<'a> {
         self.corner = Corner::Blend { tolerance_mm };
     }
 
+    /// The time that a word means: FANUC counts milliseconds in P, unless it has a point.
+    pub(super) fn seconds(&self, word: &Word, text: &[u8]) -> f64 {
+        let span = text.get(word.start as usize..word.end as usize);
+        let has_point = span.is_some_and(|text| text.contains(&b'.'));
+        let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
+        word.value / if is_ms { 1000.0 } else { 1.0 }
+    }
+
     /// G4: P is the time; without it X or U, as some controls write it.
     fn dwell(&self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
         asked.dwell = true;
@@ -498,11 +511,7 @@ impl<'a> Executor<'a> {
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, "a dwell cannot be negative"));
             }
             Some(word) => {
-                // FANUC counts milliseconds in P, unless it has a point.
-                let span = out.text.get(word.start as usize..word.end as usize);
-                let has_point = span.is_some_and(|text| text.contains(&b'.'));
-                let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
-                out.event(EventKind::Dwell(word.value / if is_ms { 1000.0 } else { 1.0 }));
+                out.event(EventKind::Dwell(self.seconds(word, out.text)));
             }
             None if asked.is_faulty => {}
             None => {
@@ -542,6 +551,7 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::Follow(follow) => Some(MotionMode::Follow(follow)),
         Op::Turn(turn) => Some(MotionMode::Turn(turn)),
         Op::Single(single) => Some(MotionMode::Single(single)),
+        Op::Hole(hole) => Some(MotionMode::Hole(hole)),
         Op::Spline(code) => Some(MotionMode::Spline(code)),
         Op::MotionOff | Op::NurbsEnd => Some(MotionMode::None),
         _ => None,

@@ -1,7 +1,7 @@
 //! Movement: where axis words lead, and the arcs between.
 
 use crate::base::{Axis, Point};
-use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, CORNER_LETTERS, POLAR_LETTERS};
+use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, POLAR_LETTERS};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::arc::{ArcTask, center_letter};
@@ -32,9 +32,7 @@ fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
 impl Executor<'_> {
     /// Moves, if the block asks for it.
     pub(super) fn run_motion(&mut self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
-        let asks = block.letters() & CORNER_LETTERS != 0 || self.held_move.is_some();
-        let is_line = self.motion == MotionMode::Line;
-        if asks || (self.is_lathe() && is_line && block.letters() & self.corner_letters() != 0) {
+        if self.held_move.is_some() || self.is_dimensioned(block, asked) {
             self.run_dimensioned(block, asked, out);
         } else if block.letters() & POLAR_LETTERS == 0 {
             if self.polar {
@@ -71,6 +69,13 @@ impl Executor<'_> {
             }
             return;
         }
+        if let MotionMode::Hole(hole) = self.motion {
+            let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
+            if asks && !asked.axes_claimed {
+                self.drill_lathe(hole, block, *asked, out);
+            }
+            return;
+        }
         if matches!(self.motion, MotionMode::Turn(_)) {
             // It goes along a contour, which is not of this block.
             return;
@@ -87,7 +92,7 @@ impl Executor<'_> {
         let kind = match self.motion {
             _ if !is_whole => None,
             MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Spline(_) => None,
-            MotionMode::Turn(_) | MotionMode::Single(_) => None,
+            MotionMode::Turn(_) | MotionMode::Single(_) | MotionMode::Hole(_) => None,
             MotionMode::Follow(follow) => {
                 self.follow(follow, block, &to, *asked, out);
                 return;

@@ -445,6 +445,7 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::LatheSetting
             | Op::Stock(_)
             | Op::ThreadCycle
+            | Op::Groove(_)
             | Op::LengthOffsetByWords
             | Op::Scaling
             | Op::Rotation

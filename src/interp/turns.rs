@@ -103,7 +103,10 @@ impl Run<'_> {
             self.run_blocks(&body, from..=to, &block, place, motions);
         } else {
             self.cut_blocks((stock, &body, from..=to), &block, place, motions);
-            self.go_to(to + 1);
+            // A contour that another cycle has cut before lies behind: it is no loop.
+            if self.frames.last().is_some_and(|frame| frame.next <= to) {
+                self.go_to(to + 1);
+            }
         }
         self.engine.report(place, true);
         Ok(())
