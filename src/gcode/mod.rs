@@ -19,6 +19,7 @@ mod parser;
 mod plain;
 pub mod rules;
 mod stray;
+pub mod words;
 
 pub use block::{
     Block, COMMA_A, COMMA_C, COMMA_R, Call, Message, MessageKind, Word, letter_bit, letter_name,
