@@ -48,8 +48,6 @@ pub static WORDS: &[WordMeaning] = &[
 
 /// The row of a name, in either case; of a row of several, each of them.
 pub fn find(name: &str) -> Option<&'static WordMeaning> {
-    let is_of = |row: &&WordMeaning| {
-        row.name.split(' ').any(|own| own.eq_ignore_ascii_case(name))
-    };
+    let is_of = |row: &&WordMeaning| row.name.split(' ').any(|own| own.eq_ignore_ascii_case(name));
     WORDS.iter().find(is_of)
 }

@@ -145,7 +145,10 @@ impl Executor<'_> {
             Some(angle) => match self.resolve_angle(&angle, block, out) {
                 Resolved::Words(resolved) => Some(resolved),
                 Resolved::Open => return,
-                Resolved::Wrong => return self.forget_position(),
+                Resolved::Wrong => {
+                    self.held_move = None;
+                    return self.forget_position();
+                }
             },
             None if is_open => {
                 self.refuse_corner("the next line has no angle".to_owned());
@@ -295,15 +298,15 @@ impl Executor<'_> {
             out.faults.push(lone(&word));
             return;
         };
+        let is_equal = self.frames.arcs_mirrored(self.plane).is_some();
+        if self.frames.scaling().is_some() || !is_equal {
+            let message = format!("{word}: a corner under scaling, or a turn out of the plane");
+            let fault = Fault::word(&rules::CORNER, &word, message);
+            out.faults.push(fault.help("end it by G50 or G69 before, or write the corner as moves"));
+            return;
+        }
         let (feed, finish) = (self.feed, Some((finish, toward)));
         self.held_move = Some(Box::new(Pending { step, feed, angle_deg: None, finish, word }));
-        let has_corners =
-            self.frames.scaling().is_none() && self.frames.arcs_mirrored(self.plane).is_some();
-        if !has_corners {
-            self.refuse_corner(
-                "there is none under scaling, or under a turn out of the plane".into(),
-            );
-        }
     }
 
     /// Takes the corner between the move that waits and the one that the block has made away.

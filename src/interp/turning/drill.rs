@@ -41,7 +41,7 @@ impl Executor<'_> {
         }
         let repeats =
             block.word(b'K').map_or(Some(1), |word| whole(word, PASSES_MAX as u32, out.faults));
-        if !asked.is_faulty {
+        if !asked.is_faulty && out.faults.len() == faults_before {
             self.has_feed(block, out.faults);
             self.judge_hole((work, across), [initial_mm, r_mm], block, out);
         }
