@@ -42,10 +42,7 @@ fn lathe_programs_are_refused_at_the_right_word() {
         ("S9 M3 F.1\nG83 Z-30 Q1\nM30", &["bad-value 2:1"]),
         ("S9 F1\nG98\nF1 G84 Z-4\nM30", &["spindle-stopped 3:1"]),
         ("S9 M3 F.1\nG85 Z-4 Q1\nM30", &["unused-word 2:9"]),
-        (
-            "S9 M3 F.1\nG0 X9\nG71 P1 Q2 I1\nN1 X5\nN2 Z-5\nM30",
-            &["unused-word 3:11"],
-        ),
+        ("S9 M3 F.1\nG0 X9\nG71 P1 Q2 I1\nN1 X5\nN2 Z-5\nM30", &["unused-word 3:11"]),
         ("G50\nM30", &["missing-word 1:1"]),
         ("G1 X5 F.1\nM30", &["no-spindle-speed 1:1"]),
         ("G96 S100 M3\nG32 Z-5 F1\nM30", &["no-spindle-speed 2:1"]),

@@ -6,8 +6,8 @@
 use super::block::{COMMA_A, COMMA_C, COMMA_R, letter_bit, letter_name, letter_set};
 
 pub use super::ops::{
-    Cycle, Follow, Function, Groove, Hole, HoleKind, Modes, Op, Pockets, Single, SplineCode, Stock,
-    Turn,
+    Cycle, Follow, Function, Groove, Hole, HoleKind, LatheCode, Modes, Op, Pockets, Single,
+    SplineCode, Stock, Turn,
 };
 
 /// The modal groups, in the order in which the codes of one block are executed: that of

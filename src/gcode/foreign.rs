@@ -179,7 +179,7 @@ pub static FOREIGN: &[Foreign] = &[
     m(198, "FANUC", "calls a subprogram in the memory card", "write M98, and put the subprogram into a file beside the program"),
     ms(200, 209, "3D printers", "filament, accelerations, steps a mm", "leave it out: the machine profile holds what the axes can do"),
     ms(210, 219, "3D printers", "settings of the printer", PRINTER),
-    ms(220, 221, "3D printers, senders", "speed or flow in percent", "leave it out: the operator sets overrides; --lenient does so"),
+    ms(220, 221, "3D printers, senders", "speed or flow in percent", "leave it out, and write F in the speeds that are meant; --lenient leaves out M220 S100"),
     ms(222, 599, "3D printers", "settings of the printer", PRINTER),
     ms(600, 999, "builders of machines, 3D printers", "functions of the machine", CHECK),
 ];

@@ -79,13 +79,8 @@ pub enum Op {
     Follow(Follow),
     Turn(Turn),
     WaitInput,
-    /// G50 of a lathe.
-    LatheSetting,
     Stock(Stock),
-    /// G76 of a lathe.
-    ThreadCycle,
-    Groove(Groove),
-    Hole(Hole),
+    Lathe(LatheCode),
     Single(Single),
     MotionOff,
     Stop,
@@ -187,15 +182,28 @@ pub enum Stock {
     Repeat,
 }
 
-/// Cycles of FANUC-style lathes that cut once: in, along, out, back.
+/// Cycles of FANUC-style lathes that stay in force: those that cut once, in, along, out, back; and holes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Single {
+    /// G83 to G89
+    Hole(Hole),
     /// G90
     Turn,
     /// G92
     Thread,
     /// G94
     Face,
+}
+
+/// Codes of FANUC-style lathes that hold for their block only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LatheCode {
+    /// G50
+    Setting,
+    /// G76
+    Thread,
+    /// G74 and G75
+    Groove(Groove),
 }
 
 /// Cycles of FANUC-style lathes that cut a groove by pecks.
@@ -225,9 +233,15 @@ pub enum HoleKind {
     Bore,
 }
 
-impl Hole {
-    /// Letters that it makes use of, beside axes.
-    pub const WORDS: u32 = letter_set("KPQR");
+impl Single {
+    /// Letters that the cycle makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Single::Hole(_) => "KPQR",
+            Single::Face => "KR",
+            Single::Turn | Single::Thread => "IR",
+        })
+    }
 }
 
 /// What roughing does with pockets.

@@ -1,12 +1,9 @@
 //! Which codes a block holds, and whether they can stand together.
 
 use crate::gcode::codes::{
-    self, ARC_LETTERS, AXIS_LETTERS, CODES, Code, FREE_LETTERS, Group, Hole, Op, POLAR_LETTERS,
-    Single,
+    self, ARC_LETTERS, AXIS_LETTERS, CODES, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
 };
-use crate::gcode::{
-    Block, COMMA_R, Fault, LATHE_CODES, Word, find_lathe, letter_bit, letter_set, rules,
-};
+use crate::gcode::{Block, COMMA_R, Fault, LATHE_CODES, Word, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
@@ -143,9 +140,7 @@ impl Executor<'_> {
             MotionMode::Cycle(cycle) => used |= cycle.words(),
             MotionMode::Spline(code) => used |= code.words(),
             MotionMode::Follow(follow) => used |= follow.words(),
-            MotionMode::Single(Single::Face) => used |= letter_set("KR"),
-            MotionMode::Single(_) => used |= letter_set("IR"),
-            MotionMode::Hole(_) => used |= Hole::WORDS,
+            MotionMode::Single(single) => used |= single.words(),
             MotionMode::Turn(_) | MotionMode::None | MotionMode::Rapid | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {

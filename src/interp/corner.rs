@@ -302,7 +302,8 @@ impl Executor<'_> {
         if self.frames.scaling().is_some() || !is_equal {
             let message = format!("{word}: a corner under scaling, or a turn out of the plane");
             let fault = Fault::word(&rules::CORNER, &word, message);
-            out.faults.push(fault.help("end it by G50 or G69 before, or write the corner as moves"));
+            out.faults
+                .push(fault.help("end it by G50 or G69 before, or write the corner as moves"));
             return;
         }
         let (feed, finish) = (self.feed, Some((finish, toward)));

@@ -68,10 +68,7 @@ impl Executor<'_> {
         let goes_on = asked.motion_before == MotionMode::Cycle(cycle);
         let target = self.program_target(block, out.faults);
         self.judge_cycle(cycle, block, asked, out.faults);
-        let repeats = self.take_cycle_words(cycle, goes_on, block, out.faults);
-        if let Some(word) = block.word(b'P') {
-            self.cycle.dwell_s = self.seconds(word, out.text);
-        }
+        let repeats = self.take_cycle_words(cycle, goes_on, block, out);
         if asked.is_faulty || out.faults.len() > faults_before {
             self.forget_position();
             return;
@@ -193,8 +190,10 @@ impl Executor<'_> {
         cycle: Cycle,
         goes_on: bool,
         block: &Block,
-        faults: &mut Vec<Fault>,
+        out: &mut Output<'_>,
     ) -> u32 {
+        let faults = &mut *out.faults;
+        let seconds = block.word(b'P').map(|word| self.seconds(word, out.text));
         if !goes_on {
             self.cycle = Held { initial_mm: self.cycle.initial_mm, ..Held::default() };
         }
@@ -212,6 +211,7 @@ impl Executor<'_> {
         take(across.letter() as u8, true, &mut held.depth_mm, mm * diameter);
         take(b'R', true, &mut held.r_mm, mm * diameter);
         take(b'P', matches!(cycle, Cycle::DrillDwell | Cycle::BoreDwell), &mut held.dwell_s, 1.0);
+        held.dwell_s = seconds.unwrap_or(held.dwell_s);
         let pecks = matches!(cycle, Cycle::DrillDeep | Cycle::DrillChipBreak);
         take(b'Q', pecks, &mut held.peck_mm, mm);
         if matches!(cycle, Cycle::BoreBack | Cycle::BoreFine) {

@@ -7,7 +7,7 @@
 
 use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{
-    AXIS_LETTERS, Code, Cycle, Follow, Group, Hole, Op, Single, SplineCode, Stock, Turn,
+    AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
 };
 use crate::gcode::{Block, Fault, Word, rules};
 
@@ -45,8 +45,6 @@ pub(super) enum MotionMode {
     Turn(Turn),
     /// Cycles of lathes that cut once.
     Single(Single),
-    /// Holes of FANUC-style lathes.
-    Hole(Hole),
     Spline(SplineCode),
     /// A code that is not supported: its axis words are its own.
     Foreign,
@@ -354,9 +352,7 @@ impl<'a> Executor<'a> {
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
             Op::GoToReference(_) | Op::StoreReference(_) => self.reference(op, block, *asked, out),
-            Op::LatheSetting | Op::ThreadCycle | Op::Groove(_) => {
-                self.run_lathe(op, block, asked, out)
-            }
+            Op::Lathe(code) => self.run_lathe(code, block, asked, out),
             Op::Rapid
             | Op::Line
             | Op::ArcClockwise
@@ -366,7 +362,6 @@ impl<'a> Executor<'a> {
             | Op::Follow(_)
             | Op::Turn(_)
             | Op::Single(_)
-            | Op::Hole(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::NurbsEnd => self.end_nurbs(block, asked, out),
             Op::Stop | Op::OptionalStop | Op::PalletStop => return stop(op, out),
@@ -390,7 +385,7 @@ impl<'a> Executor<'a> {
     pub(super) fn set_motion(&mut self, op: Op, asked: &mut Asked) {
         asked.is_motion_named = true;
         self.motion = motion_of(op).unwrap_or(self.motion);
-        if !matches!(op, Op::Cycle(_) | Op::Hole(_)) {
+        if !matches!(op, Op::Cycle(_) | Op::Single(Single::Hole(_))) {
             self.cycle.initial_mm = None;
         }
     }
@@ -551,7 +546,6 @@ pub(super) fn motion_of(op: Op) -> Option<MotionMode> {
         Op::Follow(follow) => Some(MotionMode::Follow(follow)),
         Op::Turn(turn) => Some(MotionMode::Turn(turn)),
         Op::Single(single) => Some(MotionMode::Single(single)),
-        Op::Hole(hole) => Some(MotionMode::Hole(hole)),
         Op::Spline(code) => Some(MotionMode::Spline(code)),
         Op::MotionOff | Op::NurbsEnd => Some(MotionMode::None),
         _ => None,

@@ -65,14 +65,7 @@ impl Executor<'_> {
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
         if let MotionMode::Single(single) = self.motion {
             if block.letters() & AXIS_LETTERS != 0 && !asked.axes_claimed {
-                self.cut_once(single, block, *asked, out);
-            }
-            return;
-        }
-        if let MotionMode::Hole(hole) = self.motion {
-            let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
-            if asks && !asked.axes_claimed {
-                self.drill_lathe(hole, block, *asked, out);
+                self.run_single(single, block, *asked, out);
             }
             return;
         }
@@ -92,7 +85,7 @@ impl Executor<'_> {
         let kind = match self.motion {
             _ if !is_whole => None,
             MotionMode::Foreign | MotionMode::Cycle(_) | MotionMode::Spline(_) => None,
-            MotionMode::Turn(_) | MotionMode::Single(_) | MotionMode::Hole(_) => None,
+            MotionMode::Turn(_) | MotionMode::Single(_) => None,
             MotionMode::Follow(follow) => {
                 self.follow(follow, block, &to, *asked, out);
                 return;

@@ -77,20 +77,8 @@ impl Contour {
 
     /// Adds a block of the contour.
     pub(in crate::interp) fn add(&mut self, block: &Block, faults: &mut Vec<Fault>) {
-        for word in block.words().iter().filter(|word| matches!(word.letter, b'G' | b'M')) {
-            match codes::find(word.letter, word.value).and_then(|code| code.op) {
-                Some(Op::Rapid | Op::Line) => self.way = Way::Straight,
-                Some(Op::ArcClockwise) => self.way = Way::Arc { ccw: false },
-                Some(Op::ArcCounterClockwise) => self.way = Way::Arc { ccw: true },
-                // The nose of the tool is compensated when the contour is finished.
-                Some(Op::CompensationOff | Op::Compensate { .. }) => {}
-                _ => {
-                    let message = format!("{word} stands in the contour of a lathe cycle");
-                    let fault = Fault::word(&rules::CONTOUR, word, message);
-                    faults.push(fault.help("a contour is made of G0, G1, G2 and G3"));
-                    return;
-                }
-            }
+        if !self.take_codes(block, faults) {
+            return;
         }
         let with_commas = self.modes.lathe.filter(|_| self.way == Way::Straight);
         let with_commas = with_commas.and_then(|has_c| renamed(block, has_c));
@@ -155,6 +143,26 @@ impl Contour {
             }
         };
         self.pieces.push(Piece::corner(end, corner));
+    }
+
+    /// How the contour goes on; reports codes that it cannot hold.
+    fn take_codes(&mut self, block: &Block, faults: &mut Vec<Fault>) -> bool {
+        for word in block.words().iter().filter(|word| matches!(word.letter, b'G' | b'M')) {
+            match codes::find(word.letter, word.value).and_then(|code| code.op) {
+                Some(Op::Rapid | Op::Line) => self.way = Way::Straight,
+                Some(Op::ArcClockwise) => self.way = Way::Arc { ccw: false },
+                Some(Op::ArcCounterClockwise) => self.way = Way::Arc { ccw: true },
+                // The nose of the tool is compensated when the contour is finished.
+                Some(Op::CompensationOff | Op::Compensate { .. }) => {}
+                _ => {
+                    let message = format!("{word} stands in the contour of a lathe cycle");
+                    let fault = Fault::word(&rules::CONTOUR, word, message);
+                    faults.push(fault.help("a contour is made of G0, G1, G2 and G3"));
+                    return false;
+                }
+            }
+        }
+        true
     }
 
     /// Where a line ends of which a coordinate and the angle are given.

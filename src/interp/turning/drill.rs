@@ -5,7 +5,7 @@
 //! level where it began. Q pecks lead out to R each time; spindle and feed are not synchronised.
 
 use crate::base::Axis;
-use crate::gcode::codes::{Cycle, Hole as Work, HoleKind};
+use crate::gcode::codes::{Cycle, Hole as Work, HoleKind, Single};
 use crate::gcode::{Block, Fault, rules};
 
 use crate::interp::cycles::{Drilling, Hole, PASSES_MAX};
@@ -15,7 +15,7 @@ use crate::interp::words::whole;
 
 impl Executor<'_> {
     /// Drills a hole, or K of them, at the position of a block.
-    pub(in crate::interp) fn drill_lathe(
+    pub(super) fn drill_lathe(
         &mut self,
         work: Work,
         block: &Block,
@@ -24,7 +24,7 @@ impl Executor<'_> {
     ) {
         let faults_before = out.faults.len();
         let across = if work.side { Axis::X } else { Axis::Z };
-        let goes_on = asked.motion_before == MotionMode::Hole(work);
+        let goes_on = asked.motion_before == MotionMode::Single(Single::Hole(work));
         let target = self.program_target(block, out.faults);
         let mut at = self.frames.program(&self.position_mm);
         let initial_mm = *self.cycle.initial_mm.get_or_insert(at[across]);

@@ -11,7 +11,7 @@
 //! Threads end square: the pull-out that a parameter of the control adds to G92 is not made.
 
 use crate::base::{Axis, EventKind, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Op, Single};
+use crate::gcode::codes::{AXIS_LETTERS, LatheCode, Single};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use crate::interp::Dialect;
@@ -95,16 +95,30 @@ impl Executor<'_> {
     /// G50, G74 to G76
     pub(in crate::interp) fn run_lathe(
         &mut self,
-        op: Op,
+        code: LatheCode,
         block: &Block,
         asked: &Asked,
         out: &mut Output<'_>,
     ) {
-        match op {
-            Op::ThreadCycle | Op::Groove(_) if asked.is_faulty => self.forget_position(),
-            Op::ThreadCycle => self.thread_lathe(block, out),
-            Op::Groove(way) => self.groove(way, block, out),
-            _ => self.set_lathe(block, out),
+        match code {
+            LatheCode::Setting => self.set_lathe(block, out),
+            _ if asked.is_faulty => self.forget_position(),
+            LatheCode::Thread => self.thread_lathe(block, out),
+            LatheCode::Groove(way) => self.groove(way, block, out),
+        }
+    }
+
+    /// G83 to G94 that stay in force.
+    pub(in crate::interp) fn run_single(
+        &mut self,
+        single: Single,
+        block: &Block,
+        asked: Asked,
+        out: &mut Output<'_>,
+    ) {
+        match single {
+            Single::Hole(hole) => self.drill_lathe(hole, block, asked, out),
+            _ => self.cut_once(single, block, asked, out),
         }
     }
 
@@ -145,13 +159,7 @@ impl Executor<'_> {
     }
 
     /// G90, G92 and G94: words that a block lacks are those of the block before.
-    pub(in crate::interp) fn cut_once(
-        &mut self,
-        single: Single,
-        block: &Block,
-        asked: Asked,
-        out: &mut Output<'_>,
-    ) {
+    fn cut_once(&mut self, single: Single, block: &Block, asked: Asked, out: &mut Output<'_>) {
         let faults_before = out.faults.len();
         let start = self.frames.program(&self.position_mm);
         let named = self.program_target(block, out.faults);
