@@ -48,7 +48,7 @@ pub(super) type Toward = (Axis, bool);
 /// What a block with an angle, or behind an open line, comes to.
 enum Resolved {
     /// Axis words in the place of the angle.
-    Words(Block),
+    Words(Box<Block>),
     /// A line whose end the next block tells.
     Open,
     Wrong,
@@ -156,7 +156,7 @@ impl Executor<'_> {
             }
             None => None,
         };
-        let block = resolved.as_ref().unwrap_or(block);
+        let block = resolved.as_deref().unwrap_or(block);
         let made = out.motions.len();
         self.run_axis_words(block, asked, out);
         if out.faults.iter().any(is_error) {
@@ -478,8 +478,8 @@ fn lone(word: &Word) -> Fault {
 }
 
 /// A block without its angle, and with a word more.
-fn without_angle(block: &Block, word: Option<Word>) -> Block {
-    let mut resolved = Block::default();
+fn without_angle(block: &Block, word: Option<Word>) -> Box<Block> {
+    let mut resolved = Box::<Block>::default();
     resolved.copy_words(block);
     resolved.replace(letter_bit(COMMA_A), word);
     resolved
