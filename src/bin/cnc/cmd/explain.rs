@@ -6,9 +6,9 @@ use anyhow::anyhow;
 use cnc::base::{Machine, Severity, Source};
 use cnc::gcode::codes::{self, Code, Group};
 use cnc::gcode::foreign::{self, Foreign};
-use cnc::gcode::notes;
 use cnc::gcode::rules::{self, Rule};
 use cnc::gcode::words::{self, WordMeaning};
+use cnc::gcode::{find_lathe, notes};
 use cnc::interp::{self, Options};
 use serde_json::{Value, json};
 
@@ -235,14 +235,23 @@ fn explain_code(
     if let Some(Foreign { control, meaning, .. }) = elsewhere {
         writeln!(out, "elsewhere {control}: {meaning}")?;
     }
+    if let Some(own) = of_lathes(code) {
+        writeln!(out, "lathe     {} (--dialect fanuc-lathe)", own.meaning)?;
+    }
     if let Some(note) = notes::note(code) {
         writeln!(out, "\n{note}")?;
     }
     Ok(())
 }
 
+/// What the code means on FANUC-style lathes, if it is something else there.
+fn of_lathes(code: &Code) -> Option<&'static Code> {
+    find_lathe(code.letter, f64::from(code.tenths) / 10.0)
+}
+
 fn code_json(code: &Code) -> Value {
     json!({
+        "lathe": of_lathes(code).map(|own| own.meaning),
         "code": code.name(), "group": code.group.name(), "supported": code.op.is_some(),
         "meaning": code.meaning, "words": code.letters().concat(), "note": notes::note(code),
     })
