@@ -22,9 +22,10 @@ use std::collections::VecDeque;
 use crate::base::{Event, Machine};
 use crate::path::Curve;
 
+use super::jerk::Smoother;
 use super::junction::Junction;
 use super::piece::Piece;
-use super::{Bound, Feed, SeamKind};
+use super::{Bound, Feed, Ramp, SeamKind};
 
 /// An item on its way to the schedule.
 #[derive(Clone, Debug)]
@@ -51,6 +52,8 @@ pub enum Decided {
         piece: Piece,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
+        /// How it is run between them.
+        ramp: Ramp,
     },
     /// Something that happens at rest.
     Event(Event),
@@ -81,6 +84,8 @@ pub struct LookAhead<'a> {
     decided: usize,
     /// Items that the queue holds before the passes run again.
     enough: usize,
+    /// What comes after, where an axis has a limit on jerk.
+    smoother: Option<Smoother>,
 }
 
 #[derive(Debug)]
@@ -101,14 +106,19 @@ impl Queued {
 }
 
 impl Decided {
+    fn piece(piece: Piece, ends_mm_s: impl Fn(&Piece) -> [f64; 2]) -> Decided {
+        let ends_mm_s = ends_mm_s(&piece);
+        let ramp = piece.ramp(ends_mm_s);
+        Decided::Piece { piece, ends_mm_s, ramp }
+    }
+
     /// An item without look-ahead: at its greatest speed from end to end.
     fn at_once(item: Ahead) -> Decided {
         match item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
             Ahead::Piece { piece, .. } => {
-                let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
-                Decided::Piece { piece, ends_mm_s }
+                Decided::piece(piece, |piece| [piece.speed_sq_max().sqrt(); 2])
             }
         }
     }
@@ -117,15 +127,18 @@ impl Decided {
 impl<'a> LookAhead<'a> {
     /// From rest.
     pub fn new(machine: &'a Machine, feed: Feed) -> LookAhead<'a> {
+        let has_ramps = feed != Feed::Constant;
+        let has_jerk = machine.axes.iter().any(|axis| axis.jerk_max_mm_s3.is_some());
         LookAhead {
             machine,
-            has_ramps: feed != Feed::Constant,
+            has_ramps,
             tick_s: machine.bus.tick_s(),
             tolerance_mm: machine.path_tolerance_mm,
             queue: VecDeque::new(),
             start_sq: 0.0,
             decided: 0,
             enough: ITEMS_MIN,
+            smoother: (has_ramps && has_jerk).then(Smoother::new),
         }
     }
 
@@ -162,8 +175,22 @@ impl<'a> LookAhead<'a> {
         self.decided = self.queue.len();
     }
 
-    /// Gives the next item whose speeds are decided, if there is one.
+    /// Gives the next item whose motion is decided, if there is one.
     pub fn pop(&mut self) -> Option<Decided> {
+        if self.smoother.is_none() {
+            return self.pop_speeds();
+        }
+        loop {
+            if let Some(smooth) = self.smoother.as_mut().and_then(Smoother::pop) {
+                return Some(smooth);
+            }
+            let decided = self.pop_speeds()?;
+            self.smoother.as_mut()?.push(decided);
+        }
+    }
+
+    /// Gives the next item whose speeds are decided, if there is one.
+    fn pop_speeds(&mut self) -> Option<Decided> {
         if self.decided == 0 {
             return None;
         }
@@ -178,8 +205,7 @@ impl<'a> LookAhead<'a> {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
             Ahead::Piece { piece, .. } => {
-                let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
-                Decided::Piece { piece, ends_mm_s }
+                Decided::piece(piece, |_| [front.entry_sq.sqrt(), exit_sq.sqrt()])
             }
         })
     }

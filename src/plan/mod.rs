@@ -7,14 +7,16 @@
 //!    bus and tick let it go;
 //! 2. [`junction`]: how fast the path may be where segments meet;
 //! 3. [`lookahead`]: the greatest speeds within all that, over the whole program;
-//! 4. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
-//! 5. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
+//! 4. [`jerk`]: where axes have a limit on jerk, accelerations that change evenly;
+//! 5. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
+//! 6. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
 //!
 //! This stage knows no steps: it never rounds a position.
 
 mod bound;
 mod clock;
 mod corner;
+mod jerk;
 mod junction;
 mod lookahead;
 mod piece;

@@ -10,7 +10,7 @@ use super::corner::CornerGuard;
 use super::lookahead::{Decided, LookAhead};
 use super::piece::Piece;
 use super::source::Cutter;
-use super::{Feed, Moment, Planned, Profile, Seams};
+use super::{Feed, Moment, Planned, Profile, Ramp, Seams};
 
 /// See [`super::plan`].
 #[derive(Debug)]
@@ -103,7 +103,7 @@ impl Schedule {
                 self.start_buffer();
                 Planned::Seam(kind)
             }
-            Decided::Piece { piece, ends_mm_s } => self.piece(&piece, ends_mm_s),
+            Decided::Piece { piece, ends_mm_s, ramp } => self.piece(&piece, ends_mm_s, ramp),
         }
     }
 
@@ -117,8 +117,8 @@ impl Schedule {
         Planned::Event(event)
     }
 
-    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2]) -> Planned {
-        let mut profile = self.profile(piece, ends_mm_s);
+    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp) -> Planned {
+        let mut profile = self.profile(piece, ramp);
         let has_to_wait = if self.has_ramps {
             ends_mm_s[0] == 0.0 && !self.guard.allows_within(self.way_left_mm())
         } else {
@@ -126,20 +126,20 @@ impl Schedule {
         };
         if has_to_wait {
             self.wait_for_boundary();
-            profile = self.profile(piece, ends_mm_s);
+            profile = self.profile(piece, profile.ramp);
         }
         self.advance(&profile);
         Planned::Profile(Box::new(profile))
     }
 
-    fn profile(&self, piece: &Piece, ends_mm_s: [f64; 2]) -> Profile {
-        let ramp = piece.ramp(ends_mm_s);
+    fn profile(&self, piece: &Piece, ramp: Ramp) -> Profile {
+        let end = self.now.after(ramp.duration_s() / self.tick_s);
         Profile {
             segment: Arc::clone(&piece.segment),
             shares: piece.shares,
             ramp,
             start: self.now,
-            end: self.now.after(ramp.duration_s() / self.tick_s),
+            end,
             buffer: self.buffer,
             bound: piece.bound,
         }
