@@ -130,17 +130,21 @@ impl<'a> Rounding<'a> {
             return false;
         }
         if offer.follows {
-            // No arc gets further than this before it brakes with all it may.
-            let piece = &self.runs[self.lanes[self.lane].run].piece;
-            let State { at_mm, speed_mm_s, accel_mm_s2 } = offer.end;
-            let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
-            let turn_s = 2.0 * (accel_mm_s2.abs() + piece.accel_max_mm_s2()) / jerk_mm_s3;
-            let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
-            if at_mm + reach_mm < self.breaks_mm[self.lane] {
+            if self.is_before_break(&offer.end, self.lane) {
                 return true;
             }
         }
         self.sweep(offer.end, next).is_none()
+    }
+
+    /// Whether an arc from a state in a lane brakes with all it may before the ceiling breaks again.
+    fn is_before_break(&self, state: &State, lane: usize) -> bool {
+        let piece = &self.runs[self.lanes[lane].run].piece;
+        let State { at_mm, speed_mm_s, accel_mm_s2 } = *state;
+        let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
+        let turn_s = 2.0 * (accel_mm_s2.abs() + piece.accel_max_mm_s2()) / jerk_mm_s3;
+        let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
+        at_mm + reach_mm < self.breaks_mm[lane]
     }
 
     fn accept(&mut self, offer: &Offer) {
@@ -232,10 +236,15 @@ impl<'a> Rounding<'a> {
     fn sweep(&self, from: State, first: usize) -> Option<Hit> {
         let mut state = from;
         let mut run_before = if first > 0 { Some(self.lanes[first - 1].run) } else { None };
-        for lane in &self.lanes[first.min(self.lanes.len())..] {
+        for (i, lane) in self.lanes.iter().enumerate().skip(first) {
             let entered = run_before.replace(lane.run) != Some(lane.run);
             if state.at_mm >= lane.end_mm {
                 continue;
+            }
+            let ceiling = lane.at(state.at_mm);
+            let falls = state.accel_mm_s2 <= ceiling.accel_mm_s2;
+            if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
+                return None;
             }
             let [up_mm_s2, down_mm_s2] = self.runs[lane.run].accels_mm_s2(state.speed_mm_s);
             let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
