@@ -50,10 +50,14 @@ pub enum Decided {
     Piece {
         /// The piece.
         piece: Piece,
+        /// How it begins where the piece before ends.
+        junction: Junction,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
         /// How it is run between them.
         ramp: Ramp,
+        /// It begins or ends with a stop that only a seam asks for.
+        at_seam: bool,
     },
     /// Something that happens at rest.
     Event(Event),
@@ -80,6 +84,8 @@ pub struct LookAhead<'a> {
     queue: VecDeque<Queued>,
     /// Square of the speed at the start of the queue.
     start_sq: f64,
+    /// The item given out last was a seam where motion would not rest.
+    is_at_seam: bool,
     /// So many items of the queue are decided.
     decided: usize,
     /// Items that the queue holds before the passes run again.
@@ -106,22 +112,23 @@ impl Queued {
 }
 
 impl Decided {
-    fn piece(piece: Piece, ends_mm_s: impl Fn(&Piece) -> [f64; 2]) -> Decided {
-        let ends_mm_s = ends_mm_s(&piece);
-        let ramp = piece.ramp(ends_mm_s);
-        Decided::Piece { piece, ends_mm_s, ramp }
-    }
-
     /// An item without look-ahead: at its greatest speed from end to end.
     fn at_once(item: Ahead) -> Decided {
         match item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, .. } => {
-                Decided::piece(piece, |piece| [piece.speed_sq_max().sqrt(); 2])
+            Ahead::Piece { piece, junction } => {
+                let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
+                let ramp = piece.ramp(ends_mm_s);
+                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam: false }
             }
         }
     }
+}
+
+/// Whether it is a seam where motion would not rest.
+fn is_own_stop(item: &Ahead) -> bool {
+    matches!(item, Ahead::Seam(SeamKind::Rapid | SeamKind::Cut))
 }
 
 impl<'a> LookAhead<'a> {
@@ -136,6 +143,7 @@ impl<'a> LookAhead<'a> {
             tolerance_mm: machine.path_tolerance_mm,
             queue: VecDeque::new(),
             start_sq: 0.0,
+            is_at_seam: false,
             decided: 0,
             enough: ITEMS_MIN,
             smoother: (has_ramps && has_jerk).then(Smoother::new),
@@ -199,13 +207,18 @@ impl<'a> LookAhead<'a> {
         if !self.has_ramps {
             return Some(Decided::at_once(front.item));
         }
-        let exit_sq = self.queue.front().map_or(0.0, |next| next.entry_sq);
+        let next = self.queue.front();
+        let exit_sq = next.map_or(0.0, |next| next.entry_sq);
+        let begins_at_seam = std::mem::replace(&mut self.is_at_seam, is_own_stop(&front.item));
+        let at_seam = begins_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
         self.start_sq = exit_sq;
         Some(match front.item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, .. } => {
-                Decided::piece(piece, |_| [front.entry_sq.sqrt(), exit_sq.sqrt()])
+            Ahead::Piece { piece, junction } => {
+                let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
+                let ramp = piece.ramp(ends_mm_s);
+                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam }
             }
         })
     }

@@ -131,6 +131,11 @@ impl Ramp {
         self.duration_s
     }
 
+    /// The greatest speed on it.
+    pub fn peak_mm_s(&self) -> f64 {
+        self.stretches(0.0).map(|stretch| stretch.peak_mm_s()).fold(0.0, f64::max)
+    }
+
     /// The length it covers.
     pub fn length_mm(&self) -> f64 {
         self.length_mm

@@ -25,6 +25,7 @@ pub use stretch::{State, Stretch};
 use std::collections::VecDeque;
 
 use super::Ramp;
+use super::junction::Junction;
 use super::lookahead::Decided;
 use super::piece::Piece;
 use lane::Lane;
@@ -37,7 +38,9 @@ const RUNS_MIN: usize = 256;
 #[derive(Debug)]
 struct Run {
     piece: Piece,
+    junction: Junction,
     ends_mm_s: [f64; 2],
+    at_seam: bool,
 }
 
 impl Run {
@@ -72,10 +75,10 @@ impl Smoother {
 
     /// Takes the next item. The path ends at rest.
     pub fn push(&mut self, decided: Decided) {
-        let Decided::Piece { piece, ends_mm_s, .. } = decided else {
+        let Decided::Piece { piece, junction, ends_mm_s, at_seam, .. } = decided else {
             return self.ready.push_back(decided);
         };
-        self.runs.push(Run { piece, ends_mm_s });
+        self.runs.push(Run { piece, junction, ends_mm_s, at_seam });
         if ends_mm_s[1] == 0.0 {
             self.smooth(true);
             self.state = State::default();
@@ -131,7 +134,9 @@ impl Smoother {
             let ramp = Ramp::along(run.piece.length_mm, &stretches);
             let ends_mm_s = [entry_mm_s, exit_mm_s];
             entry_mm_s = exit_mm_s;
-            self.ready.push_back(Decided::Piece { piece: run.piece, ends_mm_s, ramp });
+            let Run { piece, junction, at_seam, .. } = run;
+            let decided = Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam };
+            self.ready.push_back(decided);
         }
     }
 }

@@ -98,6 +98,16 @@ impl Stretch {
         way_mm(speed_mm_s, accel_mm_s2, self.jerk_mm_s3, self.duration_s)
     }
 
+    /// The greatest speed on its way: at an end, or where the acceleration falls through zero.
+    pub fn peak_mm_s(&self) -> f64 {
+        let ends_mm_s = self.from.speed_mm_s.max(self.end().speed_mm_s);
+        let top_s = -self.from.accel_mm_s2 / self.jerk_mm_s3;
+        if self.jerk_mm_s3 < 0.0 && top_s > 0.0 && top_s < self.duration_s {
+            return self.after(top_s).speed_mm_s.max(ends_mm_s);
+        }
+        ends_mm_s
+    }
+
     /// The state at a place on its way.
     pub fn at(&self, at_mm: f64) -> State {
         let way_mm = at_mm - self.from.at_mm;
