@@ -21,8 +21,10 @@ impl Executor<'_> {
     #[inline]
     pub(super) fn run_plain_move(&mut self, block: &Block, out: &mut Output<'_>) -> bool {
         let letters = block.letters();
-        let is_within =
-            self.compensation.is_some() || self.spline.nurbs.is_some() || self.is_lathe();
+        let is_within = self.compensation.is_some()
+            || self.spline.nurbs.is_some()
+            || self.held_move.is_some()
+            || self.is_lathe();
         if block.repeats_letter() || is_within || !out.faults.is_empty() {
             return false;
         }
