@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::control::{Assignment, Statement};
-use super::expr::{Formula, Step, written};
+use super::expr::{Formula, Step, value_written};
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -339,14 +339,14 @@ impl fmt::Display for Block {
         for (place, word) in self.words.iter().enumerate() {
             match self.values().iter().find(|(of, _)| usize::from(*of) == place) {
                 Some((_, formula)) => {
-                    let letter = char::from(word.letter);
-                    write!(f, "{separator}{letter}[{}]", written(self.code(*formula)))?;
+                    let value = value_written(self.code(*formula));
+                    write!(f, "{separator}{}{value}", char::from(word.letter))?;
                 }
                 None => write!(f, "{separator}{word}")?,
             }
             separator = " ";
         }
-        let code = |formula| written(self.code(formula));
+        let code = |formula| self.code(formula);
         if let Some(statement) = self.statement() {
             write!(f, "{separator}{}", statement.written(code))?;
             separator = " ";

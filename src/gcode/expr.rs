@@ -350,30 +350,81 @@ pub(super) fn after_word<'a>(mut line: &'a [u8], word: &str) -> Option<&'a [u8]>
     Some(line)
 }
 
-/// The code in brackets as it is written, `#` and functions as they need none.
-pub(super) fn written(code: &[Step]) -> String {
-    let mut parts: Vec<String> = Vec::new();
+/// A piece of code as it is written, and how tightly it binds: [`OPERAND`] where it is one value.
+struct Written {
+    text: String,
+    precedence: u8,
+}
+
+/// What binds more tightly than any operator.
+const OPERAND: u8 = 6;
+
+impl Written {
+    fn operand(text: String) -> Written {
+        Written { text, precedence: OPERAND }
+    }
+
+    /// With brackets, if it binds less tightly than that.
+    fn at_least(self, precedence: u8) -> String {
+        if self.precedence < precedence { format!("[{}]", self.text) } else { self.text }
+    }
+
+    /// As the number of a parameter, behind its #.
+    fn as_number(self) -> String {
+        let text = self.at_least(OPERAND);
+        if text.starts_with(['#', '[']) { text } else { format!("[{text}]") }
+    }
+}
+
+fn steps_written(code: &[Step]) -> Written {
+    let mut parts: Vec<Written> = Vec::new();
     for step in code {
-        let mut take = || parts.pop().unwrap_or_default();
+        // The reader of expressions puts no step where its values are missing.
+        let mut take = || parts.pop().unwrap_or_else(|| Written::operand(String::new()));
         let part = match step {
-            Step::Number(value) => value.to_string(),
-            Step::Parameter(number) => format!("#{number}"),
-            Step::Named(name) => format!("#<{name}>"),
-            Step::Exists(name) => format!("EXISTS[#<{name}>]"),
-            Step::Indirect => format!("#[{}]", take()),
-            Step::Negate => format!("-[{}]", take()),
-            Step::Function(function) => format!("{}[{}]", function.name(), take()),
+            Step::Number(value) => Written::operand(value.to_string()),
+            Step::Parameter(number) => Written::operand(format!("#{number}")),
+            Step::Named(name) => Written::operand(format!("#<{name}>")),
+            Step::Exists(name) => Written::operand(format!("EXISTS[#<{name}>]")),
+            Step::Indirect => Written::operand(format!("#{}", take().as_number())),
+            Step::Negate => Written::operand(format!("-{}", take().at_least(OPERAND))),
+            Step::Function(function) => {
+                Written::operand(format!("{}[{}]", function.name(), take().text))
+            }
+            Step::Binary(Binary::Atan) => {
+                let (second, first) = (take().text, take().text);
+                Written::operand(format!("ATAN[{first}]/[{second}]"))
+            }
             Step::Binary(operator) => {
-                let (second, first) = (take(), take());
-                match operator {
-                    Binary::Atan => format!("ATAN[{first}]/[{second}]"),
-                    _ => format!("[{first} {} {second}]", operator.name()),
-                }
+                let precedence = operator.precedence();
+                let (second, first) =
+                    (take().at_least(precedence + 1), take().at_least(precedence));
+                Written { text: format!("{first} {} {second}", operator.name()), precedence }
             }
         };
         parts.push(part);
     }
-    parts.pop().unwrap_or_default()
+    parts.pop().unwrap_or_else(|| Written::operand(String::new()))
+}
+
+/// Code as it is written in brackets or behind `=`, with no more brackets than it needs.
+pub(super) fn written(code: &[Step]) -> String {
+    steps_written(code).text
+}
+
+/// Code as it is written behind a letter. In brackets stand a number, which would be taken for that
+/// of a plain word, two signs, and ROUND, which would make GR of a G.
+pub(super) fn value_written(code: &[Step]) -> String {
+    let written = steps_written(code).at_least(OPERAND);
+    let needs_brackets = matches!(code, [Step::Number(_)])
+        || written.starts_with("--")
+        || written.starts_with(Function::Round.name());
+    if needs_brackets { format!("[{written}]") } else { written }
+}
+
+/// Code as it is written behind # for the number of a parameter.
+pub(super) fn number_written(code: &[Step]) -> String {
+    steps_written(code).as_number()
 }
 
 #[cfg(test)]
@@ -397,16 +448,19 @@ mod tests {
 
     #[test]
     fn operators_bind_as_in_rs274() {
-        check("1+2*3", "[1 + [2 * 3]]");
-        check("-2**2", "[-2 ** 2]");
-        check("2**3**2", "[[2 ** 3] ** 2]");
-        check("1 - 2 - 3", "[[1 - 2] - 3]");
-        check("#1 EQ 2 AND #2 LT 3+1", "[[#1 EQ 2] AND [#2 LT [3 + 1]]]");
-        check("7 m o d 4/2", "[[7 MOD 4] / 2]");
-        check("-[#1]", "-[#1]");
-        check("- #<A b>", "-[#<ab>]");
-        check("##1+#[2+#3]", "[#[#1] + #[[2 + #3]]]");
-        check("sin[3 0]*ATAN[1]/[2]", "[SIN[30] * ATAN[1]/[2]]");
+        check("1+2*3", "1 + 2 * 3");
+        check("-2**2", "-2 ** 2");
+        check("2**3**2", "2 ** 3 ** 2");
+        check("1 - 2 - 3", "1 - 2 - 3");
+        check("#1 EQ 2 AND #2 LT 3+1", "#1 EQ 2 AND #2 LT 3 + 1");
+        check("7 m o d 4/2", "7 MOD 4 / 2");
+        check("-[#1]", "-#1");
+        check("-[#1+2]", "-[#1 + 2]");
+        check("--[-#1]", "---#1");
+        check("2**[3**2]*[4-[5-6]]", "2 ** [3 ** 2] * [4 - [5 - 6]]");
+        check("- #<A b>", "-#<ab>");
+        check("##1+#[2+#3]", "##1 + #[2 + #3]");
+        check("sin[3 0]*ATAN[1]/[2]", "SIN[30] * ATAN[1]/[2]");
         check("EXISTS[#<_g>]", "EXISTS[#<_g>]");
         check("1 2 .5X3", "12.5X3");
         check("#1 *", "#1 *");

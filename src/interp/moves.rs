@@ -17,15 +17,15 @@ const ROTARY_LETTERS: u32 = letter_bit(b'A') | letter_bit(b'B') | letter_bit(b'C
 const SAME_PLACE_MM: f64 = 1e-9;
 
 /// Moves of one block at most: cycles of lathes have as many as cuts times pieces of their contour.
-const BLOCK_MOVES_MAX: usize = 1_000_000;
+pub(super) const BLOCK_MOVES_MAX: usize = 250_000;
 
 /// Reports, once, that a block makes too many moves.
 #[cold]
-fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
-    let message = format!("this block makes more than {BLOCK_MOVES_MAX} moves");
-    if faults.iter().all(|fault| fault.message != message) {
-        let fault = Fault::block(&rules::BAD_VALUE, block, message);
-        faults.push(fault.help("take fewer or deeper cuts, or fewer repeats"));
+pub(super) fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
+    const MESSAGE: &str = "this block makes too many moves";
+    if faults.iter().all(|fault| fault.message != MESSAGE) {
+        let help = format!("no more than {BLOCK_MOVES_MAX}: take fewer or deeper cuts");
+        faults.push(Fault::block(&rules::BAD_VALUE, block, MESSAGE).help(help));
     }
 }
 

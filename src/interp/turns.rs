@@ -10,6 +10,7 @@ use std::rc::Rc;
 
 use crate::base::Point;
 use crate::gcode::codes::{Stock, Turn};
+use crate::gcode::rules::Rule;
 use crate::gcode::{Block, Fault, Label, rules};
 
 use super::body::Body;
@@ -17,6 +18,7 @@ use super::execute::Output;
 use super::findings::Place;
 use super::flow::Flow;
 use super::motion::{Motion, MoveKind};
+use super::moves::{BLOCK_MOVES_MAX, refuse_more};
 use super::run::{End, Run};
 use super::words::whole;
 
@@ -89,21 +91,21 @@ impl Run<'_> {
         }
         let Some(frame) = self.frames.last() else { return Ok(()) };
         let body = Rc::clone(&frame.body);
-        let first_at = body.find(first, 0);
-        let last_at = first_at.and_then(|from| body.find(last, from));
-        let (Some(from), Some(to)) = (first_at, last_at) else {
-            let number = if first_at.is_none() { first } else { last };
-            let message = format!("there is no block N{number} around this cycle");
-            self.engine.faults.push(Fault::block(&rules::UNKNOWN_LABEL, &block, message));
-            self.engine.executor.forget_position();
-            self.engine.report(place, true);
-            return Ok(());
+        let blocks = match contour_blocks(&body, (first, last), stock, frame.next) {
+            Ok(blocks) => blocks,
+            Err((rule, message)) => {
+                self.engine.faults.push(Fault::block(rule, &block, message));
+                self.engine.executor.forget_position();
+                self.engine.report(place, true);
+                return Ok(());
+            }
         };
         if stock == Stock::Finish {
-            self.run_blocks(&body, from..=to, &block, place, motions);
+            self.run_blocks(&body, blocks, &block, place, motions);
         } else {
-            self.cut_blocks((stock, &body, from..=to), &block, place, motions);
-            self.go_to(to + 1);
+            let behind = blocks.end() + 1;
+            self.cut_blocks((stock, &body, blocks), &block, place, motions);
+            self.go_to(behind);
         }
         self.engine.report(place, true);
         Ok(())
@@ -128,6 +130,10 @@ impl Run<'_> {
                 self.leads_away(block);
             }
             self.engine.report(here, true);
+            if motions.len() >= BLOCK_MOVES_MAX {
+                refuse_more(cycle, &mut self.engine.faults);
+                break;
+            }
         }
         let executor = &mut self.engine.executor;
         let mut faults = std::mem::take(&mut self.engine.faults);
@@ -185,4 +191,30 @@ impl Run<'_> {
         self.engine.turn(*turn, block, &contour, place, motions);
         self.engine.report(place, true);
     }
+}
+
+/// The blocks from one N word to another; `next` is the place behind the cycle that asks for them.
+fn contour_blocks(
+    body: &Body,
+    (first, last): (u32, u32),
+    stock: Stock,
+    next: usize,
+) -> Result<RangeInclusive<usize>, (&'static Rule, String)> {
+    let Some(from) = body.find(first, 0) else {
+        return Err((
+            &rules::UNKNOWN_LABEL,
+            format!("there is no block N{first} around this cycle"),
+        ));
+    };
+    let Some(to) = body.find(last, from).filter(|to| *to >= from) else {
+        return Err((&rules::UNKNOWN_LABEL, format!("there is no block N{last} behind N{first}")));
+    };
+    if stock != Stock::Finish && from < next {
+        // The program goes on behind the contour, and would come here again and again.
+        let message = format!(
+            "the contour, N{first} to N{last}, stands before this cycle: it has to follow it"
+        );
+        return Err((&rules::CONTOUR, message));
+    }
+    Ok(from..=to)
 }
