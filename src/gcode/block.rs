@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::control::{Assignment, Statement};
 use super::expr::{Formula, Step, value_written};
+use super::number::short;
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,10 +19,10 @@ pub struct Word {
     pub end: u32,
 }
 
-/// As in the program, in the shortest form that reads back as the same word.
+/// As people read it, for messages.
 impl fmt::Display for Word {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", char::from(self.letter), self.value)
+        write!(f, "{}{}", char::from(self.letter), short(self.value))
     }
 }
 
@@ -342,7 +343,7 @@ impl fmt::Display for Block {
                     let value = value_written(self.code(*formula));
                     write!(f, "{separator}{}{value}", char::from(word.letter))?;
                 }
-                None => write!(f, "{separator}{word}")?,
+                None => write!(f, "{separator}{}{}", char::from(word.letter), word.value)?,
             }
             separator = " ";
         }

@@ -103,6 +103,8 @@ pub(super) struct NoExpression {
     /// Bytes of the line that were left where reading stopped.
     pub left: usize,
     pub message: String,
+    /// What to write instead, where the byte that stopped the reading does not tell.
+    pub help: Option<&'static str>,
 }
 
 type Read<T> = Result<T, NoExpression>;
@@ -194,7 +196,12 @@ impl<'a, 'c> Reader<'a, 'c> {
     }
 
     pub fn fail<T>(&self, message: impl fmt::Display) -> Read<T> {
-        Err(NoExpression { left: self.rest.len(), message: message.to_string() })
+        Err(NoExpression { left: self.rest.len(), message: message.to_string(), help: None })
+    }
+
+    fn no_parameter<T>(&self, message: impl fmt::Display) -> Read<T> {
+        let help = Some("a parameter is #1, #<name>, or #[#1 + 2] by a number that is computed");
+        Err(NoExpression { left: self.rest.len(), message: message.to_string(), help })
     }
 
     fn formula(&mut self, read: impl FnOnce(&mut Self) -> Read<()>) -> Read<Formula> {
@@ -294,12 +301,15 @@ impl<'a, 'c> Reader<'a, 'c> {
                 return Ok(());
             }
             Some(b'0'..=b'9' | b'[' | b'#') => self.operand()?,
-            _ => return self.fail("# is not followed by the number or <name> of a parameter"),
+            _ => {
+                return self
+                    .no_parameter("# is not followed by the number or <name> of a parameter");
+            }
         }
         match self.code.get(start) {
             Some(Step::Number(value)) if self.code.len() == start + 1 => {
                 if value.fract() != 0.0 || !(0.0..=PARAMETER_MAX).contains(value) {
-                    return self.fail(format!("there is no parameter #{value}"));
+                    return self.no_parameter(format!("there is no parameter #{value}"));
                 }
                 self.code[start] = Step::Parameter(*value as u32);
             }

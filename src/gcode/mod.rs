@@ -26,4 +26,5 @@ pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;
 pub use lathe::{LATHE_CODES, find_lathe};
 pub use lines::{LINE_BYTES_MAX, Line, Lines};
+pub use number::short;
 pub use parser::parse;

@@ -42,7 +42,9 @@ fn plain_word(line: &[u8], start: usize) -> Option<Word> {
     // A number may go on behind blanks.
     let goes_on = matches!(line.get(after_blanks(line, end)), Some(b'0'..=b'9' | b'.'));
     let is_short = whole <= WHOLE_MAX && (1..=DIGITS_MAX).contains(&(whole + decimals));
-    if goes_on || !is_short {
+    // Codes have one decimal at most: others are those nearby.
+    let is_odd_code = decimals > 1 && matches!(letter, b'G' | b'M');
+    if goes_on || !is_short || is_odd_code {
         return None;
     }
     let magnitude = digits as f64 / POWERS_OF_TEN.get(decimals)?;

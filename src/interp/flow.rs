@@ -7,7 +7,7 @@ use std::io;
 use std::rc::Rc;
 
 use crate::gcode::codes::{Stock, Turn};
-use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules};
+use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules, short};
 
 use super::Options;
 use super::body::{Body, Links, unmatched};
@@ -15,6 +15,7 @@ use super::execute::Executor;
 use super::findings::Place;
 use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
 use super::run::{End, Frame, FrameKind, PassedOver, Run};
+use super::words::WHOLE_WITHIN;
 
 /// Calls within calls, at most: as LinuxCNC.
 const CALL_DEPTH_MAX: usize = 10;
@@ -368,10 +369,12 @@ impl Run<'_> {
             return Ok(());
         }
         let Some(frame) = self.frames.last() else { return Ok(()) };
-        let is_number = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
-        let target = frame.body.find(number as u32, frame.next).filter(|_| is_number);
+        let whole = number.round();
+        let is_number =
+            (number - whole).abs() <= WHOLE_WITHIN && (0.0..=f64::from(u32::MAX)).contains(&whole);
+        let target = frame.body.find(whole as u32, frame.next).filter(|_| is_number);
         let Some(target) = target else {
-            let message = format!("no block of this program has N{number}");
+            let message = format!("no block of this program has N{}", short(number));
             let fault = Fault::block(&rules::UNKNOWN_LABEL, block, message);
             self.engine.findings.take_once(&mut vec![fault], place);
             self.end = End::GivenUp;

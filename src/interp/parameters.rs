@@ -8,7 +8,7 @@
 use std::rc::Rc;
 
 use crate::gcode::rules::{self, Rule};
-use crate::gcode::{Binary, Block, Function, Step};
+use crate::gcode::{Binary, Block, Function, Step, short};
 
 use super::Dialect;
 use super::execute::Executor;
@@ -239,7 +239,7 @@ impl Parameters {
         // As RS274/NGC: what is nearly whole is.
         let whole = plain(value).round();
         if (plain(value) - whole).abs() > 1e-4 || !(0.0..=f64::from(u32::MAX)).contains(&whole) {
-            let message = format!("there is no parameter #{}", plain(value));
+            let message = format!("there is no parameter #{}", short(plain(value)));
             return refuse(&rules::BAD_PARAMETER, message);
         }
         Ok(whole as u32)
@@ -333,7 +333,7 @@ impl Parameters {
         if value.is_finite() {
             return Ok(value);
         }
-        refuse(&rules::ARITHMETIC, format!("{}[{x}] has no value", function.name()))
+        refuse(&rules::ARITHMETIC, format!("{}[{}] has no value", function.name(), short(x)))
     }
 
     fn binary(&self, operator: Binary, first: f64, second: f64) -> Value {
@@ -350,7 +350,7 @@ impl Parameters {
             Binary::Power => a.powf(b),
             Binary::Times => a * b,
             Binary::Divide if b == 0.0 => {
-                return refuse(&rules::ARITHMETIC, format!("{a} is divided by zero"));
+                return refuse(&rules::ARITHMETIC, format!("{} is divided by zero", short(a)));
             }
             Binary::Divide => a / b,
             Binary::Modulo if b == 0.0 => f64::NAN,
@@ -371,7 +371,10 @@ impl Parameters {
         if value.is_finite() {
             return Ok(value);
         }
-        refuse(&rules::ARITHMETIC, format!("[{a} {} {b}] has no value", operator.name()))
+        refuse(
+            &rules::ARITHMETIC,
+            format!("[{} {} {}] has no value", short(a), operator.name(), short(b)),
+        )
     }
 
     /// A message with the values of the parameters it names, as DEBUG and PRINT show it.
@@ -393,7 +396,7 @@ impl Parameters {
                 (number.and_then(|number| self.numbered(number, executor).ok()), 1 + digits)
             };
             match value {
-                Some(value) => filled.push_str(&plain(value).to_string()),
+                Some(value) => filled.push_str(&short(plain(value))),
                 None => filled.push_str(&rest[..end]),
             }
             rest = &rest[end..];

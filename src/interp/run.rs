@@ -173,6 +173,7 @@ impl<'a> Run<'a> {
         };
         let engine = &mut self.engine;
         parse_line(&line, &mut self.block, &mut engine.faults, self.text);
+        engine.judge_delete(&self.block);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let mut flow = Flow::Next;
         if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
@@ -231,6 +232,7 @@ impl<'a> Run<'a> {
         if !self.counts_work(1 + (text.len() / WORK_BYTES) as u64, place) {
             return Ok(());
         }
+        self.engine.judge_delete(block);
         if block.statement().is_some() {
             self.engine.blocks += 1;
             self.engine.executor.line = line;

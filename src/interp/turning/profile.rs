@@ -255,7 +255,8 @@ fn is_joined(first: &Piece, second: &Piece) -> Option<()> {
 }
 
 pub(super) const NO_ROOM: &str = "it leaves no room for what is to be left on it";
-const TOO_LONG: &str = "it takes too long to work out: are there too many passes or pieces?";
+const TOO_LONG: &str =
+    "no end of its cuts is found: is it closed, or are passes or pieces too many?";
 
 /// Pieces that a cycle may look at while it is worked out: a second's work.
 const LOOKS_MAX: usize = 10_000_000;

@@ -24,6 +24,9 @@ const SHORT: f64 = 1e-3;
 /// Levels nearer than this are one.
 const SAME: f64 = 1e-6;
 
+/// What a pass costs of the budget: one that finds no end makes no moves to be counted.
+const LOOKS_OF_PASS: usize = 100;
+
 /// Most moves of one cycle.
 const MOVES_MAX: usize = 200_000;
 
@@ -213,7 +216,7 @@ impl Turned {
         let depth = words.depth.max(2.0 * SAME);
         let mut level = top(tops);
         while at < self.pieces.len() {
-            self.budget.spend(0)?;
+            self.budget.spend(LOOKS_OF_PASS)?;
             level -= ((level - SAME - location[1]) / depth).ceil().max(0.0) * depth;
             if self.dive(at, &mut location, level)? {
                 if words.pockets == Pockets::Leave {
