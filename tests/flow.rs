@@ -169,9 +169,27 @@ fn subprograms_in_files_are_read_below_the_folders_given_and_nowhere_else() {
     fs::remove_file(own.join("deep.ngc")).unwrap();
     write(&other, "deep.ngc", "o<deep> sub\nX[1/0]\no<deep> endsub\n");
     let found = run(&[&own, &other]).diagnostics;
-    assert_eq!((found[0].file.as_deref(), &found[0].calls[..]), (Some("deep.ngc"), &[4][..]));
+    let calls: Vec<_> =
+        found[0].calls.iter().map(|call| (call.file.as_deref(), call.line)).collect();
+    assert_eq!((found[0].file.as_deref(), calls), (Some("deep.ngc"), vec![(None, 4)]));
+
+    // Calls in several files.
+    write(&other, "deep.ngc", "o<deep> sub\no<high> call\no<deep> endsub\n");
+    write(&other, "high.ngc", "o<high> sub\n\nX[1/0]\no<high> endsub\n");
+    let found = run(&[&own, &other]).diagnostics;
+    let calls: Vec<_> =
+        found[0].calls.iter().map(|call| (call.file.as_deref(), call.line)).collect();
+    assert_eq!((found[0].file.as_deref(), found[0].span.line), (Some("high.ngc"), 3));
+    assert_eq!(calls, [(None, 4), (Some("deep.ngc"), 2)]);
 
     // A file of that name with another subprogram.
+    write(&other, "O99.nc", "(part)\nO98\nX5\nM99\n");
+    let text = Source::memory("test.nc", b"M98 P99\nM30".as_slice());
+    let options = Options { folders: vec![other.clone()], ..options() };
+    let found = interp::check(&text, &Machine::load("ideal").unwrap(), &options, 9).unwrap();
+    let found = &found.diagnostics[0];
+    assert_eq!((found.rule, found.span.line), ("unknown-subprogram", 2));
+    assert_eq!(found.message, "this file holds O98, and no O99");
     write(&other, "deep.ngc", "o<low> sub\nX5\no<low> endsub\n");
     let found = run(&[&own, &other]).diagnostics;
     assert_eq!(found[0].message, "this file holds O<low>, and no O<deep>");

@@ -183,13 +183,13 @@ impl<'a, 'c> Reader<'a, 'c> {
     pub fn name(&mut self) -> Read<Rc<str>> {
         self.takes(b'<');
         let Some(length) = self.rest.iter().position(|byte| *byte == b'>') else {
-            return self.fail("this name has no end: > is missing");
+            return self.no_parameter("this name has no end: > is missing");
         };
         let text: Vec<u8> =
             self.rest[..length].iter().copied().filter(|byte| !is_blank(*byte)).collect();
         // As RS274/NGC: all but what would end the name or begin a comment.
         if text.is_empty() || text.iter().any(|byte| b"<(;".contains(byte)) {
-            return self.fail("this is no name: it is empty, or holds one of < ( ;");
+            return self.no_parameter("this is no name: it is empty, or holds one of < ( ;");
         }
         self.rest = &self.rest[length + 1..];
         Ok(Rc::from(String::from_utf8_lossy(&text).to_lowercase()))
@@ -199,8 +199,11 @@ impl<'a, 'c> Reader<'a, 'c> {
         Err(NoExpression { left: self.rest.len(), message: message.to_string(), help: None })
     }
 
+    /// Fails where the byte that stands here tells nothing of what was meant.
     fn no_parameter<T>(&self, message: impl fmt::Display) -> Read<T> {
-        let help = Some("a parameter is #1, #<name>, or #[#1 + 2] by a number that is computed");
+        let help = Some(
+            "#1 is a parameter, #<name> a named one, #[#1 + 2] that of a number, o<name> a label",
+        );
         Err(NoExpression { left: self.rest.len(), message: message.to_string(), help })
     }
 

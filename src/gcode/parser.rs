@@ -106,6 +106,9 @@ impl<'a> Parsing<'a> {
     fn word(&mut self, byte: u8) -> Option<()> {
         let start = self.at();
         let letter = if byte == b':' { b'O' } else { byte.to_ascii_uppercase() };
+        if byte.eq_ignore_ascii_case(&b'O') && self.goes_on_with_letter(start) {
+            return Some(());
+        }
         self.step(1);
         if letter == b'G' && !matches!(self.rest.first(), Some(b'0'..=b'9')) {
             let (rest, r) = opt((blanks, tag_r)).parse(self.rest).ok()?;
@@ -422,6 +425,13 @@ impl<'a> Parsing<'a> {
                 None
             }
         }
+    }
+
+    /// Reports an O that follows the number of another word at once.
+    fn goes_on_with_letter(&mut self, start: u32) -> bool {
+        let is_before = |word: &&Word| word.end == start && word.letter != b'O';
+        let before = self.block.words().last().filter(is_before);
+        before.map(|word| word.start).is_some_and(|start| self.has_letter(start))
     }
 
     /// Reports a letter that stands for a digit, in a word that begins at byte `start`.

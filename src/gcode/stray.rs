@@ -328,8 +328,10 @@ pub(super) fn fault(line: &[u8], at: usize, words_end: Option<u8>) -> Fault {
             let bytes = &rest[..count];
             let shown = String::from_utf8_lossy(bytes);
             let message = format!("{shown} belongs to no word");
-            Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message)
-                .help(operator_help(byte).unwrap_or("comments stand in ( ) or after ;"))
+            Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message).help(match byte {
+                b'%' => "a % that begins or ends the text stands on a line of its own",
+                _ => "comments stand in ( ) or after ;",
+            })
         }
     }
 }
@@ -343,7 +345,9 @@ pub(super) fn number_length(text: &[u8]) -> usize {
 fn word_before(line: &[u8], at: usize) -> Option<u32> {
     let is_number = |byte: &u8| b"0123456789.+- \t".contains(byte);
     let start = line.get(..at)?.iter().rposition(|byte| !is_number(byte))?;
-    line[start].is_ascii_alphabetic().then_some(start as u32)
+    // Two letters are of a keyword, and no word.
+    let is_letter = |at: usize| line.get(at).is_some_and(u8::is_ascii_alphabetic);
+    (is_letter(start) && !(start > 0 && is_letter(start - 1))).then_some(start as u32)
 }
 
 /// A byte that no text holds.

@@ -1,7 +1,7 @@
 //! One block, whatever stands on it: expressions get their values, parameters are set, messages are
 //! said, and what is left goes to the executor.
 
-use crate::base::{Axis, Event, EventKind, Machine};
+use crate::base::{Axis, CallSite, Event, EventKind, Machine};
 use crate::gcode::codes::{Stock, Turn, nearest};
 use crate::gcode::{Assignment, Block, Fault, Formula, Message, MessageKind, Word, rules, short};
 
@@ -131,13 +131,19 @@ impl<'a> Engine<'a> {
         flow
     }
 
-    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on.
-    pub fn restore_after_call(&mut self, calls: &[u32], motions: &mut Vec<Motion>) {
+    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on,
+    /// of a file if not the program's own.
+    pub fn restore_after_call(
+        &mut self,
+        calls: &[CallSite],
+        file: Option<&str>,
+        motions: &mut Vec<Motion>,
+    ) {
         if self.executor.to_restore.is_none() {
             return;
         }
         let (line, first) = (self.executor.line, motions.len());
-        let place = Place { line, text: b"", calls, file: None };
+        let place = Place { line, text: b"", calls, file };
         let mut out = output(place, motions, &mut self.faults);
         self.executor.restore_after_call(&mut out);
         self.judge(&motions[first..], &Block::default(), place);

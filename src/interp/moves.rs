@@ -87,6 +87,11 @@ impl Executor<'_> {
             if asked.machine_coordinates && !asked.is_faulty {
                 machine_coordinates_alone(block, out.faults);
             }
+            let follows = matches!(self.motion, MotionMode::Follow(_)) && !asked.is_faulty;
+            if let Some(code) = self.motion.code().filter(|_| follows && asked.is_motion_named) {
+                let message = format!("{} leads nowhere: it names no axis", code.name());
+                out.faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            }
             return;
         };
         let faults_before = out.faults.len();
@@ -306,6 +311,7 @@ impl Executor<'_> {
             mm_per_unit: self.mm_per_unit,
             end_origin_mm: if self.absolute { zero_mm } else { start_mm },
             center_origin_mm: if self.centers_absolute { zero_mm } else { start_mm },
+            centers_absolute: self.centers_absolute,
             tolerance_mm: self.machine.arc_radius_tolerance_mm,
             steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
         };

@@ -7,7 +7,7 @@
 use std::io::{self, Read};
 use std::rc::Rc;
 
-use crate::base::{Machine, Source};
+use crate::base::{CallSite, Machine, Source};
 use crate::gcode::{Block, Fault, LINE_BYTES_MAX, Label, Lines, rules};
 
 use super::body::Body;
@@ -90,8 +90,8 @@ pub(super) struct Run<'a> {
     work_max: u64,
     pub(super) main_label: Option<Label>,
     pub(super) frames: Vec<Frame>,
-    /// The line of each call that is being run.
-    pub(super) calls: Rc<Vec<u32>>,
+    /// Where each call that is being run was made.
+    pub(super) calls: Rc<Vec<CallSite>>,
     pub(super) calls_made: u64,
     /// What is wrong with subprograms that have been passed over, until they are called.
     pub(super) passed_over: Vec<PassedOver>,
@@ -144,6 +144,7 @@ impl<'a> Run<'a> {
         if self.end != End::Running {
             return Ok(false);
         }
+        let file = self.frames.last().and_then(|frame| frame.body.file_name.clone());
         if self.frames.is_empty() {
             self.step_main(motions)?;
         } else {
@@ -151,7 +152,7 @@ impl<'a> Run<'a> {
             self.end_contour(motions);
         }
         self.engine.stop(motions);
-        self.engine.restore_after_call(&self.calls, motions);
+        self.engine.restore_after_call(&self.calls, file.as_deref(), motions);
         if self.end != End::Running {
             self.finish(motions);
         }

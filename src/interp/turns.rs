@@ -8,7 +8,7 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::rc::Rc;
 
-use crate::base::Point;
+use crate::base::{CallSite, Point};
 use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::rules::Rule;
 use crate::gcode::{Block, Fault, Label, rules};
@@ -29,7 +29,7 @@ pub(super) struct Awaited {
     block: Block,
     line: u32,
     text: Vec<u8>,
-    calls: Vec<u32>,
+    calls: Vec<CallSite>,
     file: Option<String>,
     /// How many calls and loops there were before that of the contour.
     depth: usize,
