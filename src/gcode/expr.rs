@@ -17,6 +17,9 @@ use super::number::{NUMBER_MAX, SyntaxError, is_blank, number};
 /// what a stack holds.
 const DEPTH_MAX: usize = 64;
 
+/// Bytes of a name at most: a line of RS274/NGC has no more.
+const NAME_BYTES_MAX: usize = 255;
+
 /// Greatest number of a parameter that can be written.
 const PARAMETER_MAX: f64 = 99_999.0;
 
@@ -188,6 +191,9 @@ impl<'a, 'c> Reader<'a, 'c> {
         let text: Vec<u8> =
             self.rest[..length].iter().copied().filter(|byte| !is_blank(*byte)).collect();
         // As RS274/NGC: all but what would end the name or begin a comment.
+        if text.len() > NAME_BYTES_MAX {
+            return self.no_parameter(format!("a name has at most {NAME_BYTES_MAX} bytes"));
+        }
         if text.is_empty() || text.iter().any(|byte| b"<(;".contains(byte)) {
             return self.no_parameter("this is no name: it is empty, or holds one of < ( ;");
         }

@@ -226,9 +226,8 @@ impl Executor<'_> {
         if !missing.is_empty() {
             let name = cycle as u8;
             let list: Vec<String> = missing.chars().map(String::from).collect();
-            let first = if other_unit { "in the new unit" } else { "of the series" };
-            let message =
-                format!("the first block of G{name} {first} has no {}", list.join(", no "));
+            let unit = if other_unit { " in the new unit" } else { "" };
+            let message = format!("the first block of G{name}{unit} has no {}", list.join(", no "));
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
         }
         if let Some(word) = block.word(b'Q').filter(|word| word.value <= 0.0) {

@@ -33,6 +33,9 @@ const DEBUG: u32 = 5599;
 const CALL_LOCALS: usize = 30;
 const MACRO_LOCALS: usize = 33;
 
+/// Named parameters that are global, or of one call, at most.
+const NAMES_MAX: usize = 100_000;
+
 /// What differs by no more is equal (EQ, NE).
 const EQUAL_WITHIN: f64 = 1e-6;
 
@@ -145,14 +148,15 @@ impl Parameters {
 
     /// Sets a parameter.
     pub fn set(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
-        match target {
-            Target::Name(name) if name.starts_with('_') => {
-                self.globals.insert(Rc::clone(name), value);
-            }
-            Target::Name(name) => {
-                self.named.insert(Rc::clone(name), value);
-            }
+        let name = match target {
+            Target::Name(name) => name,
             Target::Number(number) => return self.set_number(*number, value),
+        };
+        let names = if name.starts_with('_') { &mut self.globals } else { &mut self.named };
+        names.insert(Rc::clone(name), value);
+        if names.len() > NAMES_MAX {
+            names.remove(name);
+            return refuse(&rules::BAD_PARAMETER, format!("more than {NAMES_MAX} names are set"));
         }
         Ok(Set::Done)
     }

@@ -24,6 +24,9 @@ use super::lenient::{is_foreign_line, leave_out};
 /// Most blocks that are kept, of subprograms and of loops, as [`Body::size`] counts them: about 20 MB.
 pub(super) const BLOCKS_MAX: usize = 50_000;
 
+/// Subprograms of a file at most.
+const PROGRAMS_MAX: usize = 100_000;
+
 /// Where a program begins.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
@@ -219,6 +222,14 @@ impl Library {
                 break;
             }
             let Some((label, start, end, is_sub)) = beginning(&block) else { continue };
+            if spots.len() == PROGRAMS_MAX {
+                let message = format!("this file holds more than {PROGRAMS_MAX} subprograms");
+                let fault = Fault::new(&rules::SUBPROGRAM_SIZE, start, end, message);
+                let file = file_name.as_deref();
+                let place = Place { line: line.number, text: line.bytes, calls: &[], file };
+                findings.add(fault.help("put them into several files"), place);
+                break;
+            }
             let spot = Spot { offset: line.offset, line: line.number, is_sub };
             match spots.entry(label) {
                 Entry::Vacant(entry) => {
