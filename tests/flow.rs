@@ -352,7 +352,7 @@ fn what_is_told_of_odd_lines() {
         // Lengths that a cycle holds are of one unit.
         ("G20\nF10\nG81 X.1 Z-.1 R.1\nX.2\nG21 X1\nM30", &["missing-word 5:1"]),
         ("G20\nF10\nG81 X.1 Z-.1 R.1\nG21 X1 Z-1 R1\nX2\nM30", &[]),
-        ("F1 G38.2\nM30", &["missing-word 1:4"]),
+        ("F1 G38.2\nM30", &["missing-word 1:1"]),
         ("G90.1 F1 G2 X2 I1\nM30", &["arc-center 1:1"]),
         ("G0\nG80\n@10 ^30\nM30", &["no-motion-mode 3:1"]),
         ("F1 G2 X1 I.5 P1.5\nM30", &["bad-value 1:14"]),

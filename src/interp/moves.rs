@@ -84,13 +84,8 @@ impl Executor<'_> {
             return;
         }
         let Some(first) = first else {
-            if asked.machine_coordinates && !asked.is_faulty {
-                machine_coordinates_alone(block, out.faults);
-            }
-            let follows = matches!(self.motion, MotionMode::Follow(_)) && !asked.is_faulty;
-            if let Some(code) = self.motion.code().filter(|_| follows && asked.is_motion_named) {
-                let message = format!("{} leads nowhere: it names no axis", code.name());
-                out.faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            if !asked.is_faulty {
+                self.names_no_axis(block, asked, out.faults);
             }
             return;
         };
@@ -125,6 +120,18 @@ impl Executor<'_> {
         }
         if self.motion == MotionMode::Foreign {
             self.forget_position();
+        }
+    }
+
+    /// Reports codes of a block without axis words that cannot do without.
+    fn names_no_axis(&self, block: &Block, asked: &Asked, faults: &mut Vec<Fault>) {
+        if asked.machine_coordinates {
+            machine_coordinates_alone(block, faults);
+        }
+        let follows = matches!(self.motion, MotionMode::Follow(_)) && asked.is_motion_named;
+        if let Some(code) = self.motion.code().filter(|_| follows) {
+            let message = format!("{} leads nowhere: it names no axis", code.name());
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
         }
     }
 
