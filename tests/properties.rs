@@ -196,7 +196,7 @@ impl Writer {
             3 => self.line(&format!("G65 P{number} L{count}")),
             _ => self.line(&format!("M98 P{number} L{count}")),
         }
-        if number % 5 > 0 {
+        if !number.is_multiple_of(5) {
             self.subprograms += &format!("O{number}\n{body}M99\n");
         }
     }

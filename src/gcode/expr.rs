@@ -389,7 +389,7 @@ impl Written {
     }
 
     /// As the number of a parameter, behind its #.
-    fn as_number(self) -> String {
+    fn behind_hash(self) -> String {
         let text = self.at_least(OPERAND);
         if text.starts_with(['#', '[']) { text } else { format!("[{text}]") }
     }
@@ -405,7 +405,7 @@ fn steps_written(code: &[Step]) -> Written {
             Step::Parameter(number) => Written::operand(format!("#{number}")),
             Step::Named(name) => Written::operand(format!("#<{name}>")),
             Step::Exists(name) => Written::operand(format!("EXISTS[#<{name}>]")),
-            Step::Indirect => Written::operand(format!("#{}", take().as_number())),
+            Step::Indirect => Written::operand(format!("#{}", take().behind_hash())),
             Step::Negate => Written::operand(format!("-{}", take().at_least(OPERAND))),
             Step::Function(function) => {
                 Written::operand(format!("{}[{}]", function.name(), take().text))
@@ -443,7 +443,7 @@ pub(super) fn value_written(code: &[Step]) -> String {
 
 /// Code as it is written behind # for the number of a parameter.
 pub(super) fn number_written(code: &[Step]) -> String {
-    steps_written(code).as_number()
+    steps_written(code).behind_hash()
 }
 
 #[cfg(test)]
