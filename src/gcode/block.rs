@@ -9,7 +9,7 @@ use super::number::short;
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
-    /// Upper-case letter, or `@`, `^`, `$`.
+    /// Upper-case letter, or `@`, `^`, `$`, or one of [`COMMA_A`], [`COMMA_C`], [`COMMA_R`].
     pub letter: u8,
     /// The number, as written: no unit is known here.
     pub value: f64,
@@ -19,10 +19,27 @@ pub struct Word {
     pub end: u32,
 }
 
+/// The letter of `,A`: the angle of a line.
+pub const COMMA_A: u8 = 27;
+/// The letter of `,C`: a chamfer at the end of a line.
+pub const COMMA_C: u8 = 28;
+/// The letter of `,R`: a fillet at the end of a line or an arc.
+pub const COMMA_R: u8 = 29;
+
+/// A word's letter as it is written: `X`, or `,R`.
+pub fn letter_name(letter: u8) -> String {
+    match letter {
+        COMMA_A => ",A".to_owned(),
+        COMMA_C => ",C".to_owned(),
+        COMMA_R => ",R".to_owned(),
+        _ => char::from(letter).to_string(),
+    }
+}
+
 /// As people read it, for messages.
 impl fmt::Display for Word {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", char::from(self.letter), short(self.value))
+        write!(f, "{}{}", letter_name(self.letter), short(self.value))
     }
 }
 
@@ -122,7 +139,8 @@ impl PartialEq for Block {
     }
 }
 
-/// The place of a word's letter among 32: `@` 0, `A` to `Z` 1 to 26, `^` 30, `$` 31.
+/// The place of a word's letter among 32: `@` 0, `A` to `Z` 1 to 26, `,A` `,C` `,R` 27 to 29, `^`
+/// 30, `$` 31.
 const fn letter_place(letter: u8) -> u8 {
     if letter == b'$' { 31 } else { letter & 31 }
 }
@@ -341,9 +359,9 @@ impl fmt::Display for Block {
             match self.values().iter().find(|(of, _)| usize::from(*of) == place) {
                 Some((_, formula)) => {
                     let value = value_written(self.code(*formula));
-                    write!(f, "{separator}{}{value}", char::from(word.letter))?;
+                    write!(f, "{separator}{}{value}", letter_name(word.letter))?;
                 }
-                None => write!(f, "{separator}{}{}", char::from(word.letter), word.value)?,
+                None => write!(f, "{separator}{}{}", letter_name(word.letter), word.value)?,
             }
             separator = " ";
         }

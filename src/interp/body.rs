@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use crate::gcode::{Block, Control, Fault, Label, Statement, rules};
+use crate::gcode::{Block, Control, Fault, Label, Statement, Word, rules};
 
 /// Text of a block that needs no more memory than others: a word of two bytes takes 24.
 const BLOCK_BYTES: usize = 64;
@@ -54,7 +54,11 @@ impl Body {
         let begin = self.text.len();
         self.surplus += text.len() / BLOCK_BYTES;
         self.text.extend_from_slice(text);
-        if let Some(word) = block.word(b'N') {
+        // Labels are written: what an expression makes of one is not known before it runs.
+        let is_computed = |word: &Word| {
+            block.values().iter().any(|(at, _)| block.words().get(usize::from(*at)) == Some(word))
+        };
+        if let Some(word) = block.word(b'N').filter(|word| !is_computed(word)) {
             self.numbers.entry(word.value as u32).or_default().push(self.blocks.len());
         }
         self.blocks.push(Stored {

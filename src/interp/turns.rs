@@ -10,7 +10,6 @@ use std::rc::Rc;
 
 use crate::base::{CallSite, Point};
 use crate::gcode::codes::{Stock, Turn};
-use crate::gcode::rules::Rule;
 use crate::gcode::{Block, Fault, Label, rules};
 
 use super::body::Body;
@@ -91,10 +90,10 @@ impl Run<'_> {
         }
         let Some(frame) = self.frames.last() else { return Ok(()) };
         let body = Rc::clone(&frame.body);
-        let blocks = match contour_blocks(&body, (first, last), stock, frame.next) {
+        let blocks = match contour_blocks(&body, first, last) {
             Ok(blocks) => blocks,
-            Err((rule, message)) => {
-                self.engine.faults.push(Fault::block(rule, &block, message));
+            Err(message) => {
+                self.engine.faults.push(Fault::block(&rules::UNKNOWN_LABEL, &block, message));
                 self.engine.executor.forget_position();
                 self.engine.report(place, true);
                 return Ok(());
@@ -103,9 +102,12 @@ impl Run<'_> {
         if stock == Stock::Finish {
             self.run_blocks(&body, blocks, &block, place, motions);
         } else {
-            let behind = blocks.end() + 1;
+            let last = *blocks.end();
             self.cut_blocks((stock, &body, blocks), &block, place, motions);
-            self.go_to(behind);
+            // A contour that another cycle has cut before lies behind: it is no loop.
+            if self.frames.last().is_some_and(|frame| frame.next <= last) {
+                self.go_to(last + 1);
+            }
         }
         self.engine.report(place, true);
         Ok(())
@@ -135,6 +137,7 @@ impl Run<'_> {
                 break;
             }
         }
+        self.engine.end_corner();
         let executor = &mut self.engine.executor;
         let mut faults = std::mem::take(&mut self.engine.faults);
         let mut out = Output { line: place.line, text: place.text, motions, faults: &mut faults };
@@ -165,6 +168,9 @@ impl Run<'_> {
             self.engine.report(here, true);
         }
         self.engine.executor.position_mm = position_mm;
+        if let Some(contour) = &mut self.engine.contour {
+            contour.end(cycle, &mut self.engine.faults);
+        }
         match self.engine.contour.take().filter(|contour| !contour.is_faulty) {
             Some(contour) => self.engine.cut_stock(stock, cycle, &contour, place, motions),
             None => self.engine.executor.forget_position(),
@@ -180,41 +186,27 @@ impl Run<'_> {
     pub(super) fn end_contour(&mut self, motions: &mut Vec<Motion>) {
         let is_over = |awaited: &mut Awaited| self.frames.len() <= awaited.depth;
         let Some(awaited) = self.awaited.take_if(is_over) else { return };
-        let Some(contour) = self.engine.contour.take() else { return };
+        let Some(mut contour) = self.engine.contour.take() else { return };
         self.engine.executor.position_mm = awaited.position_mm;
-        if contour.is_faulty {
-            self.engine.executor.forget_position();
-            return;
-        }
         let Awaited { turn, block, line, text, calls, file, .. } = &awaited;
         let place = Place { line: *line, text, calls, file: file.as_deref() };
-        self.engine.turn(*turn, block, &contour, place, motions);
+        contour.end(block, &mut self.engine.faults);
+        if contour.is_faulty {
+            self.engine.executor.forget_position();
+        } else {
+            self.engine.turn(*turn, block, &contour, place, motions);
+        }
         self.engine.report(place, true);
     }
 }
 
-/// The blocks from one N word to another; `next` is the place behind the cycle that asks for them.
-fn contour_blocks(
-    body: &Body,
-    (first, last): (u32, u32),
-    stock: Stock,
-    next: usize,
-) -> Result<RangeInclusive<usize>, (&'static Rule, String)> {
+/// The blocks from one N word to another, or why there are none.
+fn contour_blocks(body: &Body, first: u32, last: u32) -> Result<RangeInclusive<usize>, String> {
     let Some(from) = body.find(first, 0) else {
-        return Err((
-            &rules::UNKNOWN_LABEL,
-            format!("there is no block N{first} around this cycle"),
-        ));
+        return Err(format!("there is no block N{first} around this cycle"));
     };
-    let Some(to) = body.find(last, from).filter(|to| *to >= from) else {
-        return Err((&rules::UNKNOWN_LABEL, format!("there is no block N{last} behind N{first}")));
-    };
-    if stock != Stock::Finish && from < next {
-        // The program goes on behind the contour, and would come here again and again.
-        let message = format!(
-            "the contour, N{first} to N{last}, stands before this cycle: it has to follow it"
-        );
-        return Err((&rules::CONTOUR, message));
+    match body.find(last, from).filter(|to| *to >= from) {
+        Some(to) => Ok(from..=to),
+        None => Err(format!("there is no block N{last} behind N{first}")),
     }
-    Ok(from..=to)
 }
