@@ -1,7 +1,7 @@
 //! From a program to commands, as `interpolate`, `verify` and `send` all need it: checked whole
 //! first, then planned and interpolated.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -67,7 +67,8 @@ pub struct Program {
     pub inputs: Vec<Origin>,
     options: interp::Options,
     feed: Feed,
-    seams: Seams,
+    /// Where node buffers end; nobody but a plan asks for it.
+    seams: OnceCell<Seams>,
 }
 
 impl Program {
@@ -115,7 +116,7 @@ impl Program {
         let subprograms = checked.inputs.iter().cloned();
         let subprograms = subprograms.map(|(name, sha256)| Origin { name, sha256 });
         let inputs = tools_origin.into_iter().chain(subprograms).collect();
-        let seams = plan::place(path_of(&source, &machine, &options), &machine, feed)?;
+        let seams = OnceCell::new();
         Ok(Ok(Program { source, machine, checked, inputs, options, feed, seams }))
     }
 
@@ -138,19 +139,27 @@ impl Program {
     pub fn commands<'a>(
         &'a self,
         summary: &'a RefCell<Summary>,
-    ) -> impl Iterator<Item = Result<Command, RunError>> + 'a {
+    ) -> Result<impl Iterator<Item = Result<Command, RunError>> + 'a, RunError> {
+        let seams = match self.seams.get() {
+            Some(seams) => seams,
+            None => {
+                let placed = plan::place(self.path(), &self.machine, self.feed)?;
+                self.seams.get_or_init(|| placed)
+            }
+        };
         let start = self.start_mm();
-        let plan = plan::plan(self.path(), &self.machine, self.feed, &self.seams, start);
+        let plan = plan::plan(self.path(), &self.machine, self.feed, seams, start);
         let plan = plan.inspect(|planned| {
             if let Ok(planned) = planned {
                 summary.borrow_mut().planned(planned);
             }
         });
-        step::interpolate(plan, &self.machine, start).inspect(|command| {
+        let commands = step::interpolate(plan, &self.machine, start);
+        Ok(commands.inspect(|command| {
             if let Ok(command) = command {
                 summary.borrow_mut().command(command);
             }
-        })
+        }))
     }
 
     /// The commands that the seed's own encoder makes of the path.
