@@ -172,10 +172,12 @@ where
         let Some(first) = edges.next()? else { return Ok(Found::default()) };
         let mut sweep = Sweep::new(rungs_mm.map(|rung| rung + sagitta_mm), start, first);
         for command in self.commands()? {
-            let command = command.map_err(|error| VerifyError::Commands(error.into()))?;
             edges.passed.clear();
-            let Command::Tick(tick) = command else { continue };
-            let point = executed.tick(&tick);
+            let point = match command {
+                Err(error) => return Err(VerifyError::Commands(error.into())),
+                Ok(Command::Event(_)) => continue,
+                Ok(Command::Tick(ref tick)) => executed.tick(tick),
+            };
             last_tick = point.tick;
             if !point.moved {
                 continue;
@@ -214,10 +216,14 @@ where
         };
         let mut matcher = Matcher::new(self.setup, distance_mm + sagitta_mm, first);
         for command in self.commands()? {
-            let command = command.map_err(|error| VerifyError::Commands(error.into()))?;
-            each(&command, &mut edges, matcher.is_dead())?;
-            if let Command::Tick(tick) = &command {
-                matcher.tick(tick, &mut edges)?;
+            match command {
+                Err(error) => return Err(VerifyError::Commands(error.into())),
+                Ok(ref command) => {
+                    each(command, &mut edges, matcher.is_dead())?;
+                    if let Command::Tick(tick) = command {
+                        matcher.tick(tick, &mut edges)?;
+                    }
+                }
             }
         }
         let found = matcher.end(&mut edges)?;

@@ -28,11 +28,10 @@ const ROUNDING_STEPS: [f64; 2] = [2.0, 4.0];
 #[derive(Debug)]
 pub struct Ramps {
     axes: Vec<AxisRamps>,
-    /// Length of a step of each axis.
-    steps_mm: Vec<(Axis, f64)>,
-    ring: Box<[Past; RING]>,
-    /// Positions taken so far.
-    taken: usize,
+    /// The ticks of the positions in the rings of the axes.
+    places: [Place; RING],
+    /// Where in the rings the last position is.
+    now: usize,
     /// Positions since the last standing one, and since the last other one.
     moving: usize,
     still: usize,
@@ -41,34 +40,32 @@ pub struct Ramps {
     constant_feed: bool,
 }
 
-/// A position in the history of a stretch of motion.
-#[derive(Clone, Copy, Debug, Default)]
-struct Past {
-    steps: AxisMap<i64>,
-    place: Place,
-    standing: bool,
+#[derive(Debug)]
+struct AxisRamps {
+    axis: Axis,
+    step_mm: f64,
+    /// The last positions.
+    ring: [i64; RING],
+    has_moved: bool,
+    /// The direction in which it moved last, and the ticks since that was another one.
+    sign: i32,
+    since_reversal: usize,
+    /// Second differences allowed in each window, without and with a step of speed in it.
+    allowed_steps: [[f64; 2]; WINDOWS_TICKS.len()],
+    /// What was found in motion, and from or to rest.
+    ramps: Worst,
+    rests: Worst,
+    jerk: Option<Jerk>,
 }
 
 /// The greatest share of its limit so far.
 #[derive(Clone, Copy, Debug)]
 struct Worst {
-    share: f64,
     value: f64,
     limit: f64,
     at: Place,
-}
-
-#[derive(Debug)]
-struct AxisRamps {
-    axis: Axis,
-    /// Second differences allowed in each window, without and with a step of speed in it.
-    allowed_steps: [[f64; 2]; WINDOWS_TICKS.len()],
-    ramps: Worst,
-    rests: Worst,
-    jerk: Option<Jerk>,
-    /// The direction in which it moved last, and the ticks since that was another one.
-    sign: i32,
-    since_reversal: usize,
+    /// Second differences up to these are no greater share, whichever their limit.
+    known_steps: [i64; WINDOWS_TICKS.len()],
 }
 
 #[derive(Debug)]
@@ -78,30 +75,29 @@ struct Jerk {
     step_mm_s3: [f64; JERK_TICKS.len()],
     found_mm_s3: f64,
     at: Place,
+    /// Third differences up to these are no greater jerk.
+    known_steps: [i64; JERK_TICKS.len()],
 }
 
 impl Ramps {
     /// At rest.
     pub fn new(setup: &Setup) -> Ramps {
-        let axes = &setup.machine.axes;
-        let mut ramps = Ramps {
-            axes: axes.iter().map(|profile| AxisRamps::new(profile, setup)).collect(),
-            steps_mm: axes.iter().map(|axis| (axis.axis, 1.0 / axis.steps_per_mm)).collect(),
-            ring: Box::new([Past::default(); RING]),
-            taken: 0,
+        Ramps {
+            axes: setup.machine.axes.iter().map(|axis| AxisRamps::new(axis, setup)).collect(),
+            places: [Place::default(); RING],
+            now: 0,
             moving: 0,
-            still: 0,
+            still: HISTORY,
             in_block: 0,
             constant_feed: setup.constant_feed,
-        };
-        ramps.rest(&setup.start_steps, Place::default());
-        ramps
+        }
     }
 
     /// The machine has moved by these counts, to these positions.
     pub fn tick(&mut self, counts: &AxisMap<i32>, steps: &AxisMap<i64>, place: Place) {
         for axis in &mut self.axes {
             let sign = counts[axis.axis].signum();
+            axis.has_moved |= sign != 0;
             axis.since_reversal += 1;
             if sign != 0 {
                 if sign == -axis.sign {
@@ -110,84 +106,92 @@ impl Ramps {
                 axis.sign = sign;
             }
         }
-        self.take(Past { steps: *steps, place, standing: false });
+        self.still = 0;
+        self.moving += 1;
+        self.take(steps, place);
     }
 
     /// The machine stands here for as long as it likes: at least so long that no window sees
     /// motion on both sides.
     pub fn rest(&mut self, steps: &AxisMap<i64>, place: Place) {
         while self.still < HISTORY - 1 {
-            self.take(Past { steps: *steps, place, standing: true });
+            self.still += 1;
+            self.moving = 0;
+            self.take(steps, place);
         }
     }
 
-    fn take(&mut self, past: Past) {
-        let line = past.place.line;
-        let goes_on = line > 0 && self.taken > 0 && self.past(1).place.line == line;
+    fn take(&mut self, steps: &AxisMap<i64>, place: Place) {
+        let goes_on = place.line > 0 && self.places[self.now].line == place.line;
         self.in_block = if goes_on { self.in_block + 1 } else { 0 };
-        (self.moving, self.still) =
-            if past.standing { (0, self.still + 1) } else { (self.moving + 1, 0) };
-        self.ring[self.taken % RING] = past;
-        self.taken += 1;
-        self.bends();
-        self.jerks();
-    }
-
-    /// The position so many places back; 1 is the last one.
-    fn past(&self, back: usize) -> &Past {
-        &self.ring[(self.taken - back) % RING]
-    }
-
-    /// Second differences that end with the last position.
-    fn bends(&mut self) {
-        for (window, half) in WINDOWS_TICKS.into_iter().enumerate() {
-            if self.taken <= 2 * half {
-                return;
+        self.now = (self.now + 1) % RING;
+        self.places[self.now] = place;
+        for index in 0..self.axes.len() {
+            let state = &mut self.axes[index];
+            if !state.has_moved {
+                continue;
             }
-            let [a, b, c] = [2 * half, half, 0].map(|back| *self.past(back + 1));
-            // The window is at rest on one side if a standing position is in it.
+            state.ring[self.now] = steps[state.axis];
+            for (window, half) in WINDOWS_TICKS.into_iter().enumerate() {
+                let worst = if self.moving <= 2 * half { &state.rests } else { &state.ramps };
+                if state.bend(self.now, half) > worst.known_steps[window] {
+                    self.acceleration(index, window);
+                    break;
+                }
+            }
+            let state = &mut self.axes[index];
+            let Some(jerk) = &mut state.jerk else { continue };
+            for (window, ticks) in JERK_TICKS.into_iter().enumerate() {
+                let third = third(&state.ring, self.now, ticks);
+                if third > jerk.known_steps[window] {
+                    jerk.take(third, window, self.places[before(self.now, ticks)]);
+                }
+            }
+        }
+    }
+
+    /// Second differences of an axis that end with the last position, from a window on.
+    fn acceleration(&mut self, index: usize, first: usize) {
+        for (window, half) in WINDOWS_TICKS.into_iter().enumerate().skip(first) {
+            // The window is at rest on one side if a standing position is in it. Only then may the
+            // speed make a step, and at a corner: where blocks meet or the way turns.
             let rests = self.moving <= 2 * half;
-            // Only at a corner, where blocks meet or the way turns, or from and to rest may the
-            // speed make a step.
-            let mut has_corner = (rests || self.in_block < 2 * half).then_some(true);
-            let square = (half * half) as f64;
-            for state in &mut self.axes {
-                let axis = state.axis;
-                let bend = (c.steps[axis] - b.steps[axis]) - (b.steps[axis] - a.steps[axis]);
-                let bend = bend.unsigned_abs() as f64;
-                let worst = if rests { &mut state.rests } else { &mut state.ramps };
-                let [strict, loose] = state.allowed_steps[window];
-                if bend <= worst.share * strict {
-                    continue;
-                }
-                let may_step = state.since_reversal < 2 * half
-                    || *has_corner.get_or_insert_with(|| turns(&self.steps_mm, [&a, &b, &c]));
-                let allowed = if may_step { loose } else { strict };
-                if bend > worst.share * allowed {
-                    let (value, limit) = (bend / square, allowed / square);
-                    *worst = Worst { share: bend / allowed, value, limit, at: b.place };
-                }
+            let state = &self.axes[index];
+            let may_step = rests
+                || self.in_block < 2 * half
+                || state.since_reversal < 2 * half
+                || self.turns(half);
+            let allowed = state.allowed_steps[window][usize::from(may_step)];
+            let bend = state.bend(self.now, half) as f64;
+            let at = self.places[before(self.now, half)];
+            let state = &mut self.axes[index];
+            let worst = if rests { &mut state.rests } else { &mut state.ramps };
+            if bend * worst.limit > worst.value * allowed {
+                *worst = Worst::new(bend, allowed, at, &state.allowed_steps, half);
             }
         }
     }
 
-    /// Third differences that end with the last position.
-    fn jerks(&mut self) {
-        for (window, ticks) in JERK_TICKS.into_iter().enumerate() {
-            if self.taken <= 3 * ticks {
-                return;
-            }
-            let [a, b, c, d] = [3, 2, 1, 0].map(|back| *self.past(back * ticks + 1));
-            for state in &mut self.axes {
-                let (axis, Some(jerk)) = (state.axis, &mut state.jerk) else { continue };
-                let third = d.steps[axis] - a.steps[axis] + 3 * (b.steps[axis] - c.steps[axis]);
-                let steps = third.unsigned_abs() as f64 - ROUNDING_STEPS[1];
-                let found_mm_s3 = steps * jerk.step_mm_s3[window];
-                if found_mm_s3 > jerk.found_mm_s3 {
-                    (jerk.found_mm_s3, jerk.at) = (found_mm_s3, c.place);
-                }
+    /// Whether the way turns between three positions by more than the rounding of positions to
+    /// steps explains: half a step on each axis at either end of both chords.
+    fn turns(&self, half: usize) -> bool {
+        let (mut before_sq, mut after_sq, mut dot, mut step_sq) = (0.0, 0.0, 0.0, 0.0);
+        for AxisRamps { ring, step_mm, .. } in &self.axes {
+            let [to, by, from] = [0, half, 2 * half].map(|back| ring[before(self.now, back)]);
+            let [before, after] = [by - from, to - by].map(|steps| steps as f64 * step_mm);
+            before_sq += before * before;
+            after_sq += after * after;
+            dot += before * after;
+            if before != 0.0 || after != 0.0 {
+                step_sq += step_mm * step_mm;
             }
         }
+        // A chord of length l turns by at most step/l when its ends move by half a step each; the
+        // sine of small angles, so squares are compared: sin² = 1 - dot²/(l₁²·l₂²).
+        let shorter_sq = f64::min(before_sq, after_sq);
+        let noise_sq = 4.0 * step_sq / shorter_sq;
+        let sine_sq = 1.0 - dot * dot / (before_sq * after_sq);
+        shorter_sq <= 4.0 * step_sq || dot < 0.0 || sine_sq > noise_sq
     }
 
     /// What was found of an axis, by its index among the machine's.
@@ -226,46 +230,67 @@ impl AxisRamps {
             let strict = accel * (half * half) as f64 + ROUNDING_STEPS[0];
             [strict, strict + jump * half as f64]
         });
+        let nothing = Worst::new(0.0, allowed_steps[0][1], Place::default(), &allowed_steps, 1);
         let step_mm_s3 = 1.0 / (profile.steps_per_mm * tick_s * tick_s * tick_s);
-        let jerk = profile.jerk_max_mm_s3.map(|limit_mm_s3| Jerk {
-            limit_mm_s3,
-            step_mm_s3: JERK_TICKS.map(|ticks| step_mm_s3 / (ticks * ticks * ticks) as f64),
-            found_mm_s3: 0.0,
-            at: Place::default(),
-        });
-        let [_, limit] = allowed_steps[0];
-        let none = Worst { share: 0.0, value: 0.0, limit, at: Place::default() };
         AxisRamps {
             axis: profile.axis,
-            allowed_steps,
-            ramps: none,
-            rests: none,
-            jerk,
+            step_mm: 1.0 / profile.steps_per_mm,
+            ring: [setup.start_steps[profile.axis]; RING],
+            has_moved: false,
             sign: 0,
             since_reversal: HISTORY,
+            allowed_steps,
+            ramps: nothing,
+            rests: nothing,
+            jerk: profile.jerk_max_mm_s3.map(|limit_mm_s3| Jerk {
+                limit_mm_s3,
+                step_mm_s3: JERK_TICKS.map(|ticks| step_mm_s3 / (ticks * ticks * ticks) as f64),
+                found_mm_s3: 0.0,
+                at: Place::default(),
+                known_steps: [ROUNDING_STEPS[1] as i64; JERK_TICKS.len()],
+            }),
         }
+    }
+
+    /// The size of the second difference that ends at a place of the ring.
+    fn bend(&self, now: usize, half: usize) -> i64 {
+        let [to, by, from] = [0, half, 2 * half].map(|back| self.ring[before(now, back)]);
+        ((to - by) - (by - from)).abs()
     }
 }
 
-/// Whether the way turns between three positions by more than the rounding of positions to steps
-/// explains: half a step on each axis at either end of both chords.
-fn turns(steps_mm: &[(Axis, f64)], [from, by, to]: [&Past; 3]) -> bool {
-    let (mut before_sq, mut after_sq, mut dot, mut step_sq) = (0.0, 0.0, 0.0, 0.0);
-    for (axis, step) in steps_mm {
-        let [before, after] =
-            [by.steps[*axis] - from.steps[*axis], to.steps[*axis] - by.steps[*axis]];
-        let [before, after] = [before as f64 * step, after as f64 * step];
-        before_sq += before * before;
-        after_sq += after * after;
-        dot += before * after;
-        if before != 0.0 || after != 0.0 {
-            step_sq += step * step;
-        }
+impl Worst {
+    /// A second difference in windows of a half width, of which so much is allowed.
+    fn new(
+        bend: f64,
+        allowed: f64,
+        at: Place,
+        allowed_steps: &[[f64; 2]; WINDOWS_TICKS.len()],
+        half: usize,
+    ) -> Worst {
+        let square = (half * half) as f64;
+        let known_steps = allowed_steps.map(|[strict, _]| (bend / allowed * strict) as i64);
+        Worst { value: bend / square, limit: allowed / square, at, known_steps }
     }
-    // A chord of length l turns by at most step/l when its ends move by half a step each; the
-    // sine of small angles, so squares are compared: sin² = 1 - dot²/(l₁²·l₂²).
-    let shorter_sq = f64::min(before_sq, after_sq);
-    let noise_sq = 4.0 * step_sq / shorter_sq;
-    let sine_sq = 1.0 - dot * dot / (before_sq * after_sq);
-    shorter_sq <= 4.0 * step_sq || dot < 0.0 || sine_sq > noise_sq
+}
+
+impl Jerk {
+    /// A third difference that is greater than those before.
+    fn take(&mut self, third: i64, window: usize, at: Place) {
+        self.found_mm_s3 = (third as f64 - ROUNDING_STEPS[1]) * self.step_mm_s3[window];
+        self.at = at;
+        let known = |step_mm_s3: f64| (self.found_mm_s3 / step_mm_s3 + ROUNDING_STEPS[1]) as i64;
+        self.known_steps = self.step_mm_s3.map(known);
+    }
+}
+
+/// The size of the third difference that ends at a place of a ring.
+fn third(ring: &[i64; RING], now: usize, ticks: usize) -> i64 {
+    let [a, b, c, d] = [3, 2, 1, 0].map(|back| ring[before(now, back * ticks)]);
+    (d - a + 3 * (b - c)).abs()
+}
+
+/// So many places back in a ring.
+fn before(now: usize, back: usize) -> usize {
+    (now + RING - back) % RING
 }
