@@ -640,3 +640,30 @@ fn jerk_is_reported_and_not_judged() {
         assert_eq!(jerk.verdict, verdict);
     }
 }
+
+/// In the middle of a straight block no axis may make a step of speed: 1.21 steps/tick² it is, and
+/// what rounding does.
+#[test]
+fn a_ramp_that_is_too_steep_fails_where_nothing_turns() {
+    let machine = starmill();
+    for (accel, is_sound) in [(1.2, true), (1.4, false)] {
+        let speeds = [(60, 0.0), (12, accel), (60, 0.0), (14, -1.0)];
+        let (mut speed, mut at, mut steps) = (2.0_f64, 0.0_f64, 0);
+        let mut job = Vec::new();
+        for accel in speeds.into_iter().flat_map(|(ticks, accel)| std::iter::repeat_n(accel, ticks))
+        {
+            speed += accel;
+            at += speed;
+            let count = at.round() as i32 - steps;
+            steps += count;
+            let mut counts = AxisMap::default();
+            counts[Axis::X] = count;
+            counts[Axis::Y] = steps / 2 - (steps - count) / 2;
+            job.push(Command::Tick(Tick { buffer: 0, line: 1, counts }));
+        }
+        let way = [f64::from(steps) / 100.0, f64::from(steps / 2) / 100.0, 0.0];
+        let report = held(&machine, &Drawing::new().rapid(way).path, &job, false);
+        let is_steep = |failure: &String| failure.starts_with("acceleration X");
+        assert_eq!(!report.failures.iter().any(is_steep), is_sound, "{:?}", report.failures);
+    }
+}

@@ -126,12 +126,14 @@ impl Ramps {
         self.in_block = if goes_on { self.in_block + 1 } else { 0 };
         self.now = (self.now + 1) % RING;
         self.places[self.now] = place;
+        for state in self.axes.iter_mut().filter(|state| state.has_moved) {
+            state.ring[self.now] = steps[state.axis];
+        }
         for index in 0..self.axes.len() {
-            let state = &mut self.axes[index];
+            let state = &self.axes[index];
             if !state.has_moved {
                 continue;
             }
-            state.ring[self.now] = steps[state.axis];
             for (window, half) in WINDOWS_TICKS.into_iter().enumerate() {
                 let worst = if self.moving <= 2 * half { &state.rests } else { &state.ramps };
                 if state.bend(self.now, half) > worst.known_steps[window] {
