@@ -10,11 +10,16 @@
 //! 4. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
 //! 5. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
 //!
+//! [`explain`] tells why each block is as fast as it is, [`survey`] what each seam costs.
+//!
 //! This stage knows no steps: it never rounds a position.
 
 mod bound;
 mod clock;
 mod corner;
+mod cost;
+mod decisions;
+mod explain;
 mod junction;
 mod lookahead;
 mod piece;
@@ -23,12 +28,15 @@ mod ramp;
 mod schedule;
 mod seams;
 mod source;
+mod survey;
 
 pub use bound::Bound;
 pub use clock::Moment;
+pub use explain::{BlockSpeed, Explainer, explain};
 pub use ramp::Ramp;
 pub use schedule::Planner;
 pub use seams::{Seam, SeamKind, Seams, place};
+pub use survey::{NextBest, SeamCost, SeamReport, survey};
 
 use std::sync::Arc;
 
