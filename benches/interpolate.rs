@@ -125,7 +125,7 @@ fn text_to_dump(source: &Source, machine: &Machine) {
     let options = Options::default();
     let checked = interp::check(source, machine, &options, 10).expect("it can be read");
     assert_eq!(checked.errors, 0);
-    let path = path::segments(interp::motions(source, machine, &options));
+    let path = path::segments(interp::motions(source, machine, &options), machine);
     let start = machine.work_zero_mm;
     let plan = plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start);
     let mut writer = Writer::new(std::io::sink(), &header(machine)).expect("a sink takes all");

@@ -37,7 +37,8 @@ const WORK_MAX: u64 = 1_000_000_000;
 pub struct Contour {
     /// Whether the bound suffices.
     pub within: bool,
-    /// The Fréchet distance, to a thousandth of the bound (beyond it, of itself).
+    /// The Fréchet distance, to a thousandth of the bound (beyond it, of itself); around corners
+    /// that G64 P lets be cut by more than the path tolerance, less what is more.
     pub max_mm: f64,
     /// Whether `max_mm` is all that could be found out, and the error is greater.
     pub more: bool,

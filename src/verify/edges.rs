@@ -10,7 +10,7 @@ use super::events::Due;
 use super::{Cause, OTHER_AXES, Others, Setup, VerifyError};
 use crate::base::spline::Bezier;
 use crate::base::{Axis, AxisMap, Machine, Point};
-use crate::path::{Curve, PathItem, Segment};
+use crate::path::{Corner, Curve, PathItem, Segment};
 
 /// A place or way in X, Y, Z.
 pub type Vector = [f64; 3];
@@ -37,6 +37,10 @@ pub struct Edge {
     pub length_mm: f64,
     /// Where the other axes are at both ends.
     pub others: [Others; 2],
+    /// How much further off than elsewhere it may be passed, and its end: where G64 P lets a corner
+    /// be cut by more than the machine's path tolerance.
+    pub slack_mm: f64,
+    pub end_slack_mm: f64,
 }
 
 /// What is left of a segment.
@@ -60,6 +64,8 @@ pub struct Edges<'a, P: Iterator> {
     machine: &'a Machine,
     linear: [Option<Axis>; 3],
     sagitta_mm: f64,
+    /// The slack of the corner at the end of the segment before.
+    corner_slack_mm: f64,
     /// The segment that is being cut.
     current: Option<Cut>,
     at: Vector,
@@ -85,6 +91,7 @@ where
             machine: setup.machine,
             linear: linear_axes(setup.machine),
             sagitta_mm,
+            corner_slack_mm: 0.0,
             current: None,
             at: start,
             others: Others::default(),
@@ -104,7 +111,8 @@ where
         while self.current.is_none() {
             let Some(segment) = self.next_segment()? else {
                 let is_first = !std::mem::replace(&mut self.any, true);
-                return Ok(is_first.then(|| self.edge_to(self.at, self.others, 0, f64::INFINITY)));
+                let nowhere = (self.at, self.others);
+                return Ok(is_first.then(|| self.edge_to(nowhere, 0, f64::INFINITY, [0.0; 2])));
             };
             if !self.any {
                 self.at = vector(&segment.from_mm, &self.linear);
@@ -119,13 +127,34 @@ where
             };
             self.current = Some(Cut { segment, rest });
         }
-        let Some(cut) = &mut self.current else { return Ok(None) };
+        let Some(mut cut) = self.current.take() else { return Ok(None) };
         let (line, feed) = (cut.segment.line, cut.segment.feed_mm_s.unwrap_or(f64::INFINITY));
         let (to, is_last) = cut.next(self.sagitta_mm);
+        let end_slack_mm = self.slack_mm(&cut.segment);
+        let start_slack_mm = match cut.segment.corner {
+            Corner::Blend { .. } if feed.is_finite() => self.corner_slack_mm,
+            Corner::Blend { .. } | Corner::Exact | Corner::Stop => 0.0,
+        };
+        let slack_mm = start_slack_mm.max(end_slack_mm);
+        let mut slacks_mm = [slack_mm; 2];
         if is_last {
-            self.current = None;
+            self.corner_slack_mm = end_slack_mm;
+            slacks_mm[1] = end_slack_mm;
+        } else {
+            self.current = Some(cut);
         }
-        Ok(Some(self.edge_to(vector(&to, &self.linear), others(&to), line, feed)))
+        let to = (vector(&to, &self.linear), others(&to));
+        Ok(Some(self.edge_to(to, line, feed, slacks_mm)))
+    }
+
+    /// By how much more than the path tolerance the corner at the end of a segment may be cut.
+    fn slack_mm(&self, segment: &Segment) -> f64 {
+        match segment.corner {
+            Corner::Blend { tolerance_mm: Some(mm) } if segment.feed_mm_s.is_some() => {
+                (mm - self.machine.path_tolerance_mm).max(0.0)
+            }
+            Corner::Blend { .. } | Corner::Exact | Corner::Stop => 0.0,
+        }
     }
 
     /// Passes all up to the next event; false if there is none. What is passed is no edge any more.
@@ -158,6 +187,7 @@ where
     fn take(&mut self, item: Result<PathItem, E>) -> Result<Option<Segment>, VerifyError> {
         match item.map_err(|error| VerifyError::Path(error.into()))? {
             PathItem::Event(event) => {
+                self.corner_slack_mm = 0.0;
                 let at_steps = self.at_steps();
                 self.passed.push_back(Due { event, at_steps });
                 Ok(None)
@@ -169,15 +199,20 @@ where
         }
     }
 
-    fn edge_to(&mut self, to: Vector, others: Others, line: u32, feed_mm_s: f64) -> Edge {
-        let way = difference(to, self.at);
-        let length_mm = dot(way, way).sqrt();
+    fn edge_to(
+        &mut self,
+        (to, others): (Vector, Others),
+        line: u32,
+        feed_mm_s: f64,
+        [slack_mm, end_slack_mm]: [f64; 2],
+    ) -> Edge {
         let (from, start_mm) = (self.at, self.length_mm);
-        let others = [std::mem::replace(&mut self.others, others), others];
-        let edge = Edge { from, to, line, feed_mm_s, start_mm, length_mm, others };
+        let way = difference(to, from);
+        let length_mm = dot(way, way).sqrt();
         self.at = to;
         self.length_mm += length_mm;
-        edge
+        let others = [std::mem::replace(&mut self.others, others), others];
+        Edge { from, to, line, feed_mm_s, start_mm, length_mm, others, slack_mm, end_slack_mm }
     }
 }
 

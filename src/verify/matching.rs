@@ -6,7 +6,7 @@ use super::executed::Executed;
 use super::feed::{Feed, FeedError, Standing};
 use super::others::OtherAxes;
 use super::report::{BlockError, Check, Place};
-use super::sweep::{Death, Sweep};
+use super::sweep::{Death, Match, Sweep};
 use super::{Cause, Setup, VerifyError};
 use crate::base::Tick;
 use crate::path::PathItem;
@@ -25,6 +25,20 @@ pub struct Matched {
     pub feed: FeedError,
     /// Axes other than X, Y and Z against the path.
     pub others: Vec<Check>,
+    /// Where G64 P lets corners be cut by more than the path tolerance: the tick point that is
+    /// furthest off for what it may be, in blocks with that; none without such blocks.
+    pub blended: Option<BlendError>,
+}
+
+/// A tick point beside a corner that may be cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlendError {
+    /// Its distance from the path.
+    pub distance_mm: f64,
+    /// What is allowed there beyond the bound of the contour elsewhere.
+    pub slack_mm: f64,
+    /// Where it is.
+    pub at: Place,
 }
 
 /// What a distance that suffices leads to.
@@ -45,6 +59,7 @@ pub struct Matcher {
     feed: Feed,
     others: OtherAxes,
     blocks: Blocks,
+    blended: Corners,
     standing: Standing,
     line: u32,
     high_mm: f64,
@@ -57,7 +72,8 @@ impl Matcher {
     pub fn new(setup: &Setup, distance_mm: f64, first: super::edges::Edge) -> Matcher {
         let executed = Executed::new(setup);
         let start = executed.at();
-        let standing = Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s };
+        let standing =
+            Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s, may_be_cut: false };
         let sweep = Sweep::new([distance_mm], start, first);
         let mut others = OtherAxes::new(setup.machine);
         others.reach(sweep.others());
@@ -66,6 +82,7 @@ impl Matcher {
             feed: Feed::new(setup, standing),
             others,
             blocks: Blocks::default(),
+            blended: Corners::default(),
             standing,
             line: first.line,
             high_mm: sweep.low().0,
@@ -101,9 +118,12 @@ impl Matcher {
                 return Ok(());
             };
             self.high_mm = self.high_mm.max(near.walk_mm);
-            self.blocks.add(near.distance_mm, Place { tick: point.tick, line: near.line });
+            let at = Place { tick: point.tick, line: near.line };
+            self.blocks.add(near.distance_mm, at);
+            self.blended.add(&near, at);
             let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);
-            self.standing = Standing { at: point.at, along_mm, feed_mm_s };
+            let may_be_cut = near.slack_mm > 0.0;
+            self.standing = Standing { at: point.at, along_mm, feed_mm_s, may_be_cut };
             self.line = near.line;
         } else {
             self.standing.feed_mm_s = 0.0;
@@ -151,8 +171,26 @@ impl Matcher {
             worst_blocks: self.blocks.worst(),
             feed: self.feed.end(),
             others: self.others.checks(),
+            blended: self.blended.worst,
         };
         Ok(Ok(Matching { matched, low_mm, low_at, high_mm: self.high_mm.max(rest_mm) }))
+    }
+}
+
+/// Tick points beside corners that may be cut.
+#[derive(Debug, Default)]
+struct Corners {
+    worst: Option<BlendError>,
+}
+
+impl Corners {
+    fn add(&mut self, near: &Match, at: Place) {
+        let Match { distance_mm, slack_mm, .. } = *near;
+        let is_worse =
+            |worst: BlendError| distance_mm - slack_mm > worst.distance_mm - worst.slack_mm;
+        if slack_mm > 0.0 && self.worst.is_none_or(is_worse) {
+            self.worst = Some(BlendError { distance_mm, slack_mm, at });
+        }
     }
 }
 

@@ -4,7 +4,8 @@
 //!
 //! - *Contour*: the Fréchet distance between the executed polyline (tick points joined by chords)
 //!   and the path, in X, Y and Z. Matching runs forward along both, so neither a skipped loop nor
-//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`).
+//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`). Blocks with
+//!   corners under G64 P may be left by P, if that is more than the path tolerance.
 //! - *Other axes*, rotary and secondary: held to half a step each, tick by tick (`others`).
 //! - *End point* and the place of every event, exact in steps on every axis (`events`).
 //! - *Machine*: counts, travel, ticks of a buffer (`limits`), accelerations, jerk, rest at seams,
@@ -34,6 +35,7 @@ pub use self::report::{BlockError, Check, Place, Report, Verdict};
 use self::contour::{Contour, Streams};
 use self::feed::FeedWindow;
 use self::limits::Walk;
+use self::matching::BlendError;
 use crate::base::rounding::six_digits;
 use crate::base::{Axis, AxisMap, Command, Machine};
 use crate::path::PathItem;
@@ -119,6 +121,8 @@ pub fn tolerance_mm(machine: &Machine) -> f64 {
 fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report {
     let mut limits = vec![contour_check(bound_mm, &contour)];
     let feed = contour.matched.as_ref().and_then(|matched| matched.feed.worst);
+    let blended = contour.matched.as_ref().and_then(|matched| matched.blended);
+    limits.extend(blended.map(|error| blend_check(bound_mm, &error)));
     limits.extend(feed.map(|window| feed_check(&window)));
     limits.extend(contour.matched.iter().flat_map(|matched| matched.others.iter().cloned()));
     limits.extend(walk.checks);
@@ -162,6 +166,13 @@ fn contour_check(bound_mm: f64, contour: &Contour) -> Check {
     (check.unit, check.at) = ("mm", contour.worst);
     check.note = contour.more.then(|| "the error is greater than this".to_owned());
     check
+}
+
+/// Tick points alone are judged once more: the contour, with chords and corners, has been.
+fn blend_check(bound_mm: f64, error: &BlendError) -> Check {
+    let limit_mm = bound_mm + error.slack_mm;
+    let check = Check::new("corners under G64 P", None, error.distance_mm, limit_mm);
+    Check { unit: "mm", at: Some(error.at), ..check }
 }
 
 fn feed_check(window: &FeedWindow) -> Check {

@@ -15,6 +15,8 @@
 //! that can no longer be reached are dropped, rows are read when they can be reached. So memory is
 //! that of the path within the greatest distance. A distance is out of the running ("dead") once
 //! nothing is reachable with it. What a smaller distance reaches, a greater one does too.
+//!
+//! An edge, and the corner at its end, may have slack: there each distance is so much greater.
 
 use std::collections::VecDeque;
 
@@ -27,6 +29,8 @@ const ROWS_MAX: usize = 1 << 18;
 /// See the module.
 #[derive(Debug)]
 pub struct Sweep<const N: usize> {
+    distances_mm: [f64; N],
+    /// Their squares.
     distances_sq: [f64; N],
     /// So many of the least distances are dead.
     dead: usize,
@@ -37,9 +41,9 @@ pub struct Sweep<const N: usize> {
     at: Vector,
     /// Line of the furthest path edge that the least living distance has reached.
     front_line: u32,
-    /// No distance below this suffices: squares of how near rows that have been passed, and tick
-    /// points, came at best.
-    low_sq: f64,
+    /// No distance below this suffices: how near rows that have been passed, and tick points, came
+    /// at best, less their slack.
+    low_mm: f64,
     low: Death,
     work: u64,
 }
@@ -60,6 +64,8 @@ pub struct Match {
     pub along_mm: f64,
     /// Distance between the two points.
     pub distance_mm: f64,
+    /// How much further off than elsewhere the path may be passed there.
+    pub slack_mm: f64,
     /// A distance with which the executed chord can be walked beside the path from the match
     /// before to this one; infinite where this one lies before it.
     pub walk_mm: f64,
@@ -165,22 +171,24 @@ impl<const N: usize> Sweep<N> {
     /// Begins at the start of both: `distances_mm` ascend.
     pub fn new(distances_mm: [f64; N], start: Vector, first: Edge) -> Self {
         let mut sweep = Sweep {
-            distances_sq: distances_mm.map(|distance| distance * distance),
+            distances_mm,
+            distances_sq: squares(&distances_mm, 0.0),
             dead: 0,
             deaths: [Death::default(); N],
             rows: VecDeque::new(),
             from: start,
             at: start,
             front_line: first.line,
-            low_sq: 0.0,
+            low_mm: 0.0,
             low: Death::default(),
             work: 0,
         };
         let mut row = Row::new(first);
         let near = row.chord.near(start);
         let apart = difference(start, first.from);
-        sweep.hold(dot(apart, apart), Death { tick: 0, line: first.line });
+        sweep.hold(dot(apart, apart).sqrt(), Death { tick: 0, line: first.line });
         for level in 0..N {
+            // The start of the path is no corner.
             let (from, to) = near.within(sweep.distances_sq[level]);
             if from == 0.0 && from <= to {
                 (row.reach.from[level], row.reach.to[level]) = (from, to);
@@ -226,7 +234,15 @@ impl<const N: usize> Sweep<N> {
             let beside = row.chord.near(to);
             row.share = beside.share;
             let above = step.near(row.edge.to);
-            cross(&mut row.reach, &mut below, &beside, &above, &self.distances_sq, self.dead);
+            let edge = &row.edge;
+            if edge.slack_mm == 0.0 {
+                let squares = [&self.distances_sq; 2];
+                cross(&mut row.reach, &mut below, [&beside, &above], squares, self.dead);
+            } else {
+                let slacks_mm = [edge.slack_mm, edge.end_slack_mm];
+                let [side, end] = slacks_mm.map(|slack_mm| squares(&self.distances_mm, slack_mm));
+                cross(&mut row.reach, &mut below, [&beside, &above], [&side, &end], self.dead);
+            }
             if !below.is_empty() && above.distance_sq() < row.near_sq {
                 (row.near_sq, row.near_tick) = (above.distance_sq(), tick);
             }
@@ -244,14 +260,15 @@ impl<const N: usize> Sweep<N> {
     fn prune(&mut self) {
         while self.rows.len() > 1 && self.rows[0].reach.is_empty() {
             let Some(row) = self.rows.pop_front() else { return };
-            self.hold(row.near_sq, Death { tick: row.near_tick, line: row.edge.line });
+            let near_mm = row.near_sq.sqrt() - row.edge.end_slack_mm;
+            self.hold(near_mm, Death { tick: row.near_tick, line: row.edge.line });
         }
     }
 
     /// No distance below this one suffices.
-    fn hold(&mut self, distance_sq: f64, at: Death) {
-        if distance_sq > self.low_sq {
-            (self.low_sq, self.low) = (distance_sq, at);
+    fn hold(&mut self, distance_mm: f64, at: Death) {
+        if distance_mm > self.low_mm {
+            (self.low_mm, self.low) = (distance_mm, at);
         }
     }
 
@@ -295,7 +312,7 @@ impl<const N: usize> Sweep<N> {
     /// A distance below which none suffices, as far as is known by now, and where that is so. For
     /// every executed point has a partner within its reach, and so has every end of an edge.
     pub fn low(&self) -> (f64, Death) {
-        (self.low_sq.sqrt(), self.low)
+        (self.low_mm, self.low)
     }
 
     /// The point of the path that is nearest to the executed point among those within reach with
@@ -304,8 +321,8 @@ impl<const N: usize> Sweep<N> {
     pub fn nearest(&mut self, tick: u64, past_mm: f64) -> Option<Match> {
         // What rounding may take off a length of metres.
         const ROUNDING_MM: f64 = 1e-9;
-        let mut best: Option<(bool, f64, f64, u32)> = None;
-        let mut least = f64::INFINITY;
+        let mut best: Option<(bool, f64, f64, &Edge)> = None;
+        let mut least_mm = f64::INFINITY;
         for row in self.rows.iter().filter(|row| !row.reach.is_empty()) {
             let share = row.share.clamp(row.reach.from[N - 1], row.reach.to[N - 1]);
             let along = row.edge.start_mm + share * row.edge.length_mm;
@@ -313,34 +330,37 @@ impl<const N: usize> Sweep<N> {
                 std::array::from_fn(|axis| row.edge.from[axis] + share * row.chord.way[axis]);
             let offset = difference(self.at, point);
             let distance = dot(offset, offset).sqrt();
-            least = least.min(distance);
+            least_mm = least_mm.min(distance - row.edge.slack_mm);
             let back = along < past_mm - ROUNDING_MM;
             let better = best.is_none_or(|(was_back, was, ..)| {
                 (back, distance + if back == was_back { ROUNDING_MM } else { 0.0 })
                     < (was_back, was)
             });
             if better {
-                best = Some((back, distance, along, row.edge.line));
+                best = Some((back, distance, along, &row.edge));
             }
         }
-        let (is_back, distance_mm, along_mm, line) = best?;
-        self.hold(least * least, Death { tick, line });
+        let (is_back, distance_mm, along_mm, edge) = best?;
+        let (line, slack_mm) = (edge.line, edge.slack_mm);
+        self.hold(least_mm, Death { tick, line });
         let (walk_mm, feed_mm_s) = self.passed(past_mm, along_mm);
-        let walk_mm = if is_back { f64::INFINITY } else { walk_mm.max(distance_mm) };
-        Some(Match { along_mm, distance_mm, walk_mm, line, feed_mm_s })
+        let walk_mm = if is_back { f64::INFINITY } else { walk_mm.max(distance_mm - slack_mm) };
+        Some(Match { along_mm, distance_mm, slack_mm, walk_mm, line, feed_mm_s })
     }
 
     /// Between two places along the path: the greatest distance of its corners from the executed
-    /// chord, in their order, and the greatest feed.
+    /// chord, less their slack, in their order, and the greatest feed. Where corners may be cut by more
+    /// than the ways between them are long, the nearest point need not be the one meant: any within
+    /// reach may be.
     fn passed(&self, past_mm: f64, along_mm: f64) -> (f64, f64) {
         let step = Chord::new(self.from, self.at);
-        let (mut share, mut walk_sq, mut feed_mm_s) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for Row { edge, .. } in &self.rows {
+        let (mut share, mut walk_mm, mut feed_mm_s) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for Row { edge, reach, .. } in &self.rows {
             let end_mm = edge.start_mm + edge.length_mm;
-            if edge.start_mm > along_mm {
-                break;
-            }
-            if end_mm < past_mm {
+            if edge.start_mm > along_mm || end_mm < past_mm {
+                if edge.slack_mm > 0.0 && !reach.is_empty() {
+                    feed_mm_s = feed_mm_s.max(edge.feed_mm_s);
+                }
                 continue;
             }
             feed_mm_s = feed_mm_s.max(edge.feed_mm_s);
@@ -349,26 +369,27 @@ impl<const N: usize> Sweep<N> {
                 let off: Vector = std::array::from_fn(|axis| {
                     edge.to[axis] - step.from[axis] - share * step.way[axis]
                 });
-                walk_sq = walk_sq.max(dot(off, off));
+                walk_mm = walk_mm.max(dot(off, off).sqrt() - edge.end_slack_mm);
             }
         }
-        (walk_sq.sqrt(), feed_mm_s)
+        (walk_mm, feed_mm_s)
     }
 
     /// The distance of the rest of the path from the last executed point, once that has ended.
     pub fn rest(&mut self, tick: u64, past_mm: f64) -> f64 {
-        let (mut rest_sq, mut last) = (0.0_f64, None);
+        let (mut rest_mm, mut last) = (0.0_f64, None);
         for Row { edge, .. } in &self.rows {
             let off = difference(self.at, edge.to);
-            last = Some((dot(off, off), edge.line));
+            let off_mm = dot(off, off).sqrt();
+            last = Some((off_mm - edge.slack_mm, edge.line));
             if edge.start_mm + edge.length_mm >= past_mm {
-                rest_sq = rest_sq.max(dot(off, off));
+                rest_mm = rest_mm.max(off_mm - edge.end_slack_mm);
             }
         }
-        if let Some((distance_sq, line)) = last {
-            self.hold(distance_sq, Death { tick, line });
+        if let Some((distance_mm, line)) = last {
+            self.hold(distance_mm, Death { tick, line });
         }
-        rest_sq.sqrt()
+        rest_mm
     }
 
     /// Between which positions each of the other axes may be, by the part of the path in reach.
@@ -402,22 +423,26 @@ impl<const N: usize> Row<N> {
     }
 }
 
+/// Squares of distances, each greater by a slack.
+fn squares<const N: usize>(distances_mm: &[f64; N], slack_mm: f64) -> [f64; N] {
+    distances_mm.map(|distance| (distance + slack_mm) * (distance + slack_mm))
+}
+
 /// Through one cell, for each living distance: from what is reached on its left and lower border
 /// to what is reached on its right and upper one. From the left, all of the upper border's free
 /// part can be got to, and of the right one what is not further back; from below likewise.
 fn cross<const N: usize>(
     left: &mut Reach<N>,
     below: &mut Reach<N>,
-    beside: &Near,
-    above: &Near,
-    distances_sq: &[f64; N],
+    [beside, above]: [&Near; 2],
+    [side_sq, end_sq]: [&[f64; N]; 2],
     dead: usize,
 ) {
-    for (level, distance_sq) in distances_sq.iter().enumerate().skip(dead) {
+    for level in dead..N {
         let from_left = left.from[level] <= left.to[level];
         let from_below = below.from[level] <= below.to[level];
-        let (right_from, right_to) = beside.within(*distance_sq);
-        let (upper_from, upper_to) = above.within(*distance_sq);
+        let (right_from, right_to) = beside.within(side_sq[level]);
+        let (upper_from, upper_to) = above.within(end_sq[level]);
         let right_from = right_from.max(if from_below { 0.0 } else { left.from[level] });
         let upper_from = upper_from.max(if from_left { 0.0 } else { below.from[level] });
         left.from[level] = if right_from <= right_to { right_from } else { f64::INFINITY };
