@@ -18,9 +18,10 @@
 //! axis that has least. No more is cut than the feed needs, never more than half of either way, and
 //! nothing where the corner as it is takes no more time.
 //!
-//! The curve is given in two halves, each with the line and the feed of its block. Rapids, splines and
-//! ways that move other axes than X, Y and Z keep their corners; so do events and stops. This pass
-//! knows nothing of what follows the next segment.
+//! The curve is given in two halves, each with the line and the feed of its block. Only corners between
+//! two blocks under G64 are cut; rapids, splines and ways that move other axes than X, Y and Z keep
+//! theirs, and so does whatever an event lies between. This pass knows nothing of what follows the next
+//! segment, and nothing of seams: where a buffer ends on a curve, it is the same curve.
 
 use std::collections::VecDeque;
 use std::iter::Fuse;
@@ -55,7 +56,8 @@ const ARC_MAX_RAD: f64 = 0.5;
 /// What a curve takes longer, planned in pieces, than at the one acceleration that would do.
 const PIECES_TAKE: f64 = 1.05;
 
-/// Places at which a curve is held against the path.
+/// Places at which a curve is held against the path. It is furthest off where the corner is, which is
+/// the middle one; what lies between two of them is less than the share left for chords.
 const SAMPLES: usize = 16;
 
 /// Rounds in which a curve beside an arc is made smaller.
