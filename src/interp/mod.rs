@@ -11,11 +11,13 @@ mod check;
 mod classify;
 mod compensate;
 mod compensation;
+mod corner;
 mod cycles;
 mod duration;
 mod engine;
 mod execute;
 mod feed;
+mod fillet;
 mod findings;
 mod flow;
 mod frames;
@@ -104,6 +106,9 @@ impl Dialect {
 pub struct Options {
     /// Where the job starts, in machine coordinates; none: at the machine's work zero.
     pub start_mm: Option<Point>,
+    /// What the operator makes of the feeds, in percent, where the program lets him (M48, M50);
+    /// none: 100.
+    pub feed_override_percent: Option<f64>,
     /// Whether to pass over the machine's travel limits.
     pub ignore_travel: bool,
     /// Whose meaning is taken where meanings clash.

@@ -22,9 +22,10 @@ use std::collections::VecDeque;
 use crate::base::{Event, Machine};
 use crate::path::Curve;
 
+use super::jerk::Smoother;
 use super::junction::Junction;
 use super::piece::Piece;
-use super::{Bound, Feed, SeamKind};
+use super::{Bound, Feed, Ramp, SeamKind};
 
 /// An item on its way to the schedule.
 #[derive(Clone, Debug)]
@@ -49,8 +50,14 @@ pub enum Decided {
     Piece {
         /// The piece.
         piece: Piece,
+        /// How it begins where the piece before ends.
+        junction: Junction,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
+        /// How it is run between them.
+        ramp: Ramp,
+        /// It begins or ends with a stop that only a seam asks for.
+        at_seam: bool,
     },
     /// Something that happens at rest.
     Event(Event),
@@ -77,10 +84,14 @@ pub struct LookAhead<'a> {
     queue: VecDeque<Queued>,
     /// Square of the speed at the start of the queue.
     start_sq: f64,
+    /// The item given out last was a seam where motion would not rest.
+    is_at_seam: bool,
     /// So many items of the queue are decided.
     decided: usize,
     /// Items that the queue holds before the passes run again.
     enough: usize,
+    /// What comes after, where an axis has a limit on jerk.
+    smoother: Option<Smoother>,
 }
 
 #[derive(Debug)]
@@ -106,26 +117,36 @@ impl Decided {
         match item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, .. } => {
+            Ahead::Piece { piece, junction } => {
                 let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
-                Decided::Piece { piece, ends_mm_s }
+                let ramp = piece.ramp(ends_mm_s);
+                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam: false }
             }
         }
     }
 }
 
+/// Whether it is a seam where motion would not rest.
+fn is_own_stop(item: &Ahead) -> bool {
+    matches!(item, Ahead::Seam(SeamKind::Rapid | SeamKind::Cut))
+}
+
 impl<'a> LookAhead<'a> {
     /// From rest.
     pub fn new(machine: &'a Machine, feed: Feed) -> LookAhead<'a> {
+        let has_ramps = feed != Feed::Constant;
+        let has_jerk = machine.axes.iter().any(|axis| axis.jerk_max_mm_s3.is_some());
         LookAhead {
             machine,
-            has_ramps: feed != Feed::Constant,
+            has_ramps,
             tick_s: machine.bus.tick_s(),
             tolerance_mm: machine.path_tolerance_mm,
             queue: VecDeque::new(),
             start_sq: 0.0,
+            is_at_seam: false,
             decided: 0,
             enough: ITEMS_MIN,
+            smoother: (has_ramps && has_jerk).then(Smoother::new),
         }
     }
 
@@ -162,8 +183,22 @@ impl<'a> LookAhead<'a> {
         self.decided = self.queue.len();
     }
 
-    /// Gives the next item whose speeds are decided, if there is one.
+    /// Gives the next item whose motion is decided, if there is one.
     pub fn pop(&mut self) -> Option<Decided> {
+        if self.smoother.is_none() {
+            return self.pop_speeds();
+        }
+        loop {
+            if let Some(smooth) = self.smoother.as_mut().and_then(Smoother::pop) {
+                return Some(smooth);
+            }
+            let decided = self.pop_speeds()?;
+            self.smoother.as_mut()?.push(decided);
+        }
+    }
+
+    /// Gives the next item whose speeds are decided, if there is one.
+    fn pop_speeds(&mut self) -> Option<Decided> {
         if self.decided == 0 {
             return None;
         }
@@ -172,14 +207,18 @@ impl<'a> LookAhead<'a> {
         if !self.has_ramps {
             return Some(Decided::at_once(front.item));
         }
-        let exit_sq = self.queue.front().map_or(0.0, |next| next.entry_sq);
+        let next = self.queue.front();
+        let exit_sq = next.map_or(0.0, |next| next.entry_sq);
+        let begins_at_seam = std::mem::replace(&mut self.is_at_seam, is_own_stop(&front.item));
+        let at_seam = begins_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
         self.start_sq = exit_sq;
         Some(match front.item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, .. } => {
+            Ahead::Piece { piece, junction } => {
                 let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
-                Decided::Piece { piece, ends_mm_s }
+                let ramp = piece.ramp(ends_mm_s);
+                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam }
             }
         })
     }

@@ -8,8 +8,11 @@
 //!    bus and tick let it go;
 //! 3. [`junction`]: how fast the path may be where segments meet;
 //! 4. [`lookahead`]: the greatest speeds within all that, over the whole program;
-//! 5. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
-//! 6. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
+//! 5. [`jerk`]: where axes have a limit on jerk, accelerations that change evenly;
+//! 6. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
+//! 7. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
+//!
+//! [`explain`] tells why each block is as fast as it is, [`survey`] what each seam costs.
 //!
 //! This stage knows no steps: it never rounds a position.
 
@@ -17,6 +20,10 @@ mod blend;
 mod bound;
 mod clock;
 mod corner;
+mod cost;
+mod decisions;
+mod explain;
+mod jerk;
 mod junction;
 mod lookahead;
 mod piece;
@@ -25,13 +32,15 @@ mod ramp;
 mod schedule;
 mod seams;
 mod source;
+mod survey;
 
-pub use blend::Blended;
 pub use bound::Bound;
 pub use clock::Moment;
+pub use explain::{BlockSpeed, Explainer, explain};
 pub use ramp::Ramp;
 pub use schedule::Planner;
 pub use seams::{Seam, SeamKind, Seams, place};
+pub use survey::{NextBest, SeamCost, SeamReport, survey};
 
 use std::sync::Arc;
 
@@ -119,9 +128,9 @@ pub fn plan<'a, E, I>(
     feed: Feed,
     seams: &'a Seams,
     start_mm: Point,
-) -> Planner<'a, Blended<'a, I>>
+) -> Planner<'a, I>
 where
     I: Iterator<Item = Result<PathItem, E>>,
 {
-    Planner::new(blend::blended(path, machine, feed), machine, feed, seams, start_mm)
+    Planner::new(path, machine, feed, seams, start_mm)
 }

@@ -14,6 +14,7 @@ use crate::base::machine::AxisProfile;
 use crate::base::{Axis, Machine, Point};
 use crate::path::{Curve, Rates, Segment, Span};
 
+use super::jerk::JerkLimit;
 use super::junction::Junction;
 use super::{Bound, Ramp};
 
@@ -35,6 +36,9 @@ const PIECES_A_BUFFER: f64 = 64.0;
 /// Keeps a count below its limit whatever the rounding of positions does, in steps.
 const COUNT_MARGIN: f64 = 1e-6;
 
+/// Squares of speeds that differ by less than this share are those of the same speed.
+pub const SPEEDS_EQUAL: f64 = 1e-9;
+
 /// A piece of a segment, to be run with one change of speed.
 #[derive(Clone, Debug)]
 pub struct Piece {
@@ -46,8 +50,10 @@ pub struct Piece {
     pub length_mm: f64,
     /// Squares of the greatest speeds at its start and end; between them they change evenly.
     pub ends_sq_max: [f64; 2],
-    /// What sets that speed.
-    pub bound: Bound,
+    /// What sets these speeds.
+    pub bounds: [Bound; 2],
+    /// How much jerk its axes stand.
+    pub jerk: JerkLimit,
     grip: Grip,
 }
 
@@ -193,6 +199,7 @@ impl Piece {
             ends[1].bend_per_mm = bends[1];
         }
         ends[end].bend_per_mm = *bend_per_mm;
+        self.hold_jerk(&ends, machine);
         self.grip = self.held(&ends, machine);
     }
 
@@ -215,6 +222,7 @@ impl Piece {
             }
         }
         piece.hold_chord(machine);
+        piece.jerk = JerkLimit::straight(&speeds, machine);
         piece.grip = Grip::Straight { accel_mm_s2 };
         piece
     }
@@ -239,8 +247,17 @@ impl Piece {
             Curve::Line | Curve::Arc(_) => piece.hold_chord(machine),
             Curve::Spline(_) => piece.hold_sagitta(ends, machine),
         }
+        piece.hold_jerk(ends, machine);
         piece.grip = piece.held(ends, machine);
         piece
+    }
+
+    /// Holds the speed at which the curve's own turn takes its share of the axes' jerk.
+    fn hold_jerk(&mut self, ends: &[Rates; 2], machine: &Machine) {
+        self.jerk = JerkLimit::bent(ends, machine);
+        if let Some((speed_sq, axis)) = self.jerk.speed_sq_max() {
+            self.bounded_by(speed_sq, Bound::Curvature(axis));
+        }
     }
 
     /// How the axes hold a piece with these derivatives at its ends, up to its greatest speed.
@@ -275,7 +292,8 @@ impl Piece {
             shares,
             length_mm,
             ends_sq_max: [feed_mm_s * feed_mm_s; 2],
-            bound: Bound::Feed,
+            bounds: [Bound::Feed; 2],
+            jerk: JerkLimit::NONE,
             grip: Grip::Straight { accel_mm_s2: f64::INFINITY },
         }
     }
@@ -321,10 +339,10 @@ impl Piece {
     }
 
     fn hold_ends(&mut self, ends_sq: [f64; 2], bound: Bound) {
-        for (own, limit) in self.ends_sq_max.iter_mut().zip(ends_sq) {
-            if limit < *own {
-                *own = limit;
-                self.bound = bound;
+        for (end, limit) in ends_sq.into_iter().enumerate() {
+            if limit < self.ends_sq_max[end] {
+                self.ends_sq_max[end] = limit;
+                self.bounds[end] = bound;
             }
         }
     }
@@ -358,6 +376,26 @@ impl Piece {
         reach.min(self.ends_sq_max[1])
     }
 
+    /// The greatest acceleration from a speed at its start, and the greatest braking to one at its end,
+    /// whatever its speed limits say.
+    pub fn accels_mm_s2(&self, speed_sq: f64) -> [f64; 2] {
+        match &self.grip {
+            Grip::Straight { accel_mm_s2 } => [*accel_mm_s2; 2],
+            Grip::Bent { pulls, .. } => {
+                let gain = |reach_sq: f64| (0.5 * (reach_sq - speed_sq) / self.length_mm).max(0.0);
+                [
+                    gain(most(pulls.iter().map(|pull| (pull.to, pull.from)), speed_sq)),
+                    gain(most(pulls.iter().map(|pull| (pull.from, pull.to)), speed_sq)),
+                ]
+            }
+        }
+    }
+
+    /// Whether it is a line that no bend holds.
+    pub fn is_straight(&self) -> bool {
+        matches!(self.grip, Grip::Straight { .. })
+    }
+
     /// The greatest acceleration along it.
     pub fn accel_max_mm_s2(&self) -> f64 {
         match &self.grip {
@@ -366,6 +404,23 @@ impl Piece {
                 accel_mm_s2.max(0.5 * self.exit_sq_max(0.0) / self.length_mm)
             }
         }
+    }
+
+    /// What sets its greatest speed where it is run by a ramp between these speeds.
+    pub fn bound(&self, ends_mm_s: [f64; 2], ramp: &Ramp) -> Bound {
+        let is_reached = |speed_mm_s: f64, limit_sq: f64| {
+            speed_mm_s * speed_mm_s >= limit_sq * (1.0 - SPEEDS_EQUAL)
+        };
+        let is_at_limit = |end: &usize| is_reached(ends_mm_s[*end], self.ends_sq_max[*end]);
+        let ends = if ends_mm_s[1] > ends_mm_s[0] { [1, 0] } else { [0, 1] };
+        if let Some(end) = ends.into_iter().find(is_at_limit) {
+            return self.bounds[end];
+        }
+        let slow = usize::from(self.ends_sq_max[1] < self.ends_sq_max[0]);
+        let is_below = |speed_mm_s: f64| speed_mm_s * speed_mm_s <= self.speed_sq_max();
+        let cruises = ends_mm_s.into_iter().all(is_below)
+            && is_reached(ramp.peak_mm_s(), self.speed_sq_max());
+        if cruises { self.bounds[slow] } else { Bound::Acceleration }
     }
 
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one

@@ -23,8 +23,8 @@ use super::piece::Piece;
 use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
 
-/// Ends of blocks within a cut that lie closer behind another place are left out: at 4 ticks a
-/// buffer has still 374 places to choose from.
+/// Places that lie closer behind another that is as good are left out, but for those where motion
+/// rests: at 4 ticks a buffer has still 374 to choose from.
 const APART_TICKS: f64 = 4.0;
 
 /// Blocks that take less than this share of a buffer have no place inside.
@@ -37,6 +37,8 @@ pub struct Place {
     pub segment: u64,
     /// Where on the segment, as a share of its way.
     pub share: f64,
+    /// Line of the NC program that the segment belongs to.
+    pub line: u32,
     /// What a stop there interrupts.
     pub kind: SeamKind,
     /// It lies inside a block.
@@ -52,11 +54,11 @@ pub struct Place {
     /// Axes that move between the place before and it.
     pub moving: AxisSet,
     /// Stretches between events up to it: each begins on a tick's boundary.
-    stretch: u64,
+    pub stretch: u64,
     /// Stops up to it that may wait for a tick's boundary.
-    waits: u64,
+    pub waits: u64,
     /// Square of the speed that is reached from rest there, until it is that of the plan.
-    catching_up_sq: Option<f64>,
+    pub catching_up_sq: Option<f64>,
 }
 
 impl Place {
@@ -65,6 +67,7 @@ impl Place {
         Place {
             segment: 0,
             share: 0.0,
+            line: 0,
             kind: SeamKind::Rest,
             is_inside: false,
             is_forced: true,
@@ -95,17 +98,21 @@ pub struct Places {
     ticks_max: f64,
     corner_mm: f64,
     accel_max_mm_s2: f64,
+    /// Ticks that jerk adds to a ramp, at most.
+    jerk_ticks: f64,
     /// Pieces that braking for a place may reach back to.
     behind: VecDeque<Run>,
     /// Places in order, waiting for what speeding up again takes.
     places: VecDeque<Place>,
     at_ticks: f64,
-    last_at_ticks: f64,
+    /// Where the last place of each rank lies, the best rank first.
+    last_at_ticks: [f64; 4],
     stretch: u64,
     waits: u64,
     moving: AxisSet,
     /// Segments passed, and whether one is under way.
     segment: u64,
+    line: u32,
     ended: Option<EndedBlock>,
     finished: bool,
 }
@@ -134,14 +141,16 @@ impl Places {
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
             accel_max_mm_s2: accel_max_mm_s2(machine),
+            jerk_ticks: jerk_s(machine) / machine.bus.tick_s(),
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
-            last_at_ticks: 0.0,
+            last_at_ticks: [0.0, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
             stretch: 0,
             waits: 0,
             moving: AxisSet::EMPTY,
             segment: 0,
+            line: 0,
             ended: None,
             finished: false,
         }
@@ -165,11 +174,11 @@ impl Places {
                     _ => {}
                 }
             }
-            Decided::Piece { piece, ends_mm_s } => {
+            Decided::Piece { piece, ends_mm_s, ramp, .. } => {
                 if piece.shares[0] == 0.0 {
                     self.end_block(piece.segment.feed_mm_s.is_none());
                 }
-                self.run(piece, ends_mm_s);
+                self.run(piece, ends_mm_s, ramp.duration_s() / self.tick_s);
             }
         }
     }
@@ -194,11 +203,17 @@ impl Places {
         }
     }
 
-    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2]) {
+    /// What stops add is found with constant accelerations, and so compared; what jerk adds to that has
+    /// a bound of its own.
+    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], planned_ticks: f64) {
         let ends_sq = ends_mm_s.map(|speed| speed * speed);
-        let ticks = piece.ramp(ends_mm_s).duration_s() / self.tick_s;
+        let ticks = match self.jerk_ticks > 0.0 {
+            true => piece.ramp(ends_mm_s).duration_s() / self.tick_s,
+            false => planned_ticks,
+        };
         self.catch_up(&piece, ends_sq, ticks);
-        self.at_ticks += ticks;
+        self.line = piece.segment.line;
+        self.at_ticks += planned_ticks;
         self.moving = self.moving.union(moving(&piece.segment));
         let (is_end, rests) = (piece.shares[1] == 1.0, ends_sq[1] == 0.0);
         let is_rapid = piece.segment.feed_mm_s.is_none();
@@ -235,23 +250,31 @@ impl Places {
         if stops && self.may_wait() {
             self.waits += 1;
         }
-        if !rests && self.at_ticks < self.last_at_ticks + APART_TICKS {
+        let rank = match kind {
+            SeamKind::Rest => 0,
+            SeamKind::Rapid => 1,
+            SeamKind::Cut => 2 + usize::from(is_inside),
+        };
+        let last_at_ticks = self.last_at_ticks[..=rank].iter().fold(0.0, |a: f64, b| a.max(*b));
+        if !rests && self.at_ticks < last_at_ticks + APART_TICKS {
             return;
         }
-        let before_ticks = if stops { 0.0 } else { self.braking_ticks() };
+        let jerk_ticks = if stops { 0.0 } else { self.jerk_ticks };
+        let before_ticks = if stops { 0.0 } else { self.braking_ticks() + jerk_ticks };
         if stops {
             self.behind.clear();
         }
-        self.last_at_ticks = self.at_ticks;
+        self.last_at_ticks[rank] = self.at_ticks;
         self.places.push_back(Place {
             segment: self.segment,
             share,
+            line: self.line,
             kind,
             is_inside,
             is_forced: false,
             at_ticks: self.at_ticks,
             before_ticks,
-            after_ticks: 0.0,
+            after_ticks: jerk_ticks,
             moving: std::mem::replace(&mut self.moving, AxisSet::EMPTY),
             stretch: self.stretch,
             waits: self.waits,
@@ -302,6 +325,17 @@ impl Places {
             place.catching_up_sq = (exit_sq < ends_sq[1]).then_some(exit_sq);
         }
     }
+}
+
+/// What jerk adds to the time of a ramp, at most. A change of acceleration by ΔA takes ΔA/J, half of
+/// which is lost against a step; on the way to a stop and from it there are two such changes, of
+/// twice the greatest acceleration where the plan was about to speed up.
+fn jerk_s(machine: &Machine) -> f64 {
+    let rises = machine
+        .axes
+        .iter()
+        .filter_map(|axis| axis.jerk_max_mm_s3.map(|jerk_mm_s3| axis.accel_max_mm_s2 / jerk_mm_s3));
+    2.0 * rises.fold(0.0, f64::max)
 }
 
 /// The axes that move along a segment.
