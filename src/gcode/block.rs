@@ -8,7 +8,7 @@ use super::expr::{Formula, Step, written};
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
-    /// Upper-case letter, or `@`, `^`, `$`.
+    /// Upper-case letter, or `@`, `^`, `$`, or one of [`COMMA_A`], [`COMMA_C`], [`COMMA_R`].
     pub letter: u8,
     /// The number, as written: no unit is known here.
     pub value: f64,
@@ -18,10 +18,27 @@ pub struct Word {
     pub end: u32,
 }
 
+/// The letter of `,A`: the angle of a line.
+pub const COMMA_A: u8 = 27;
+/// The letter of `,C`: a chamfer at the end of a line.
+pub const COMMA_C: u8 = 28;
+/// The letter of `,R`: a fillet at the end of a line or an arc.
+pub const COMMA_R: u8 = 29;
+
+/// A word's letter as it is written: `X`, or `,R`.
+pub fn letter_name(letter: u8) -> String {
+    match letter {
+        COMMA_A => ",A".to_owned(),
+        COMMA_C => ",C".to_owned(),
+        COMMA_R => ",R".to_owned(),
+        _ => char::from(letter).to_string(),
+    }
+}
+
 /// As in the program, in the shortest form that reads back as the same word.
 impl fmt::Display for Word {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", char::from(self.letter), self.value)
+        write!(f, "{}{}", letter_name(self.letter), self.value)
     }
 }
 
@@ -121,7 +138,8 @@ impl PartialEq for Block {
     }
 }
 
-/// The place of a word's letter among 32: `@` 0, `A` to `Z` 1 to 26, `^` 30, `$` 31.
+/// The place of a word's letter among 32: `@` 0, `A` to `Z` 1 to 26, `,A` `,C` `,R` 27 to 29, `^`
+/// 30, `$` 31.
 const fn letter_place(letter: u8) -> u8 {
     if letter == b'$' { 31 } else { letter & 31 }
 }
@@ -339,7 +357,7 @@ impl fmt::Display for Block {
         for (place, word) in self.words.iter().enumerate() {
             match self.values().iter().find(|(of, _)| usize::from(*of) == place) {
                 Some((_, formula)) => {
-                    let letter = char::from(word.letter);
+                    let letter = letter_name(word.letter);
                     write!(f, "{separator}{letter}[{}]", written(self.code(*formula)))?;
                 }
                 None => write!(f, "{separator}{word}")?,

@@ -19,8 +19,12 @@ mod parser;
 mod plain;
 pub mod rules;
 mod stray;
+pub mod words;
 
-pub use block::{Block, Call, Message, MessageKind, Word, letter_bit, letter_set};
+pub use block::{
+    Block, COMMA_A, COMMA_C, COMMA_R, Call, Message, MessageKind, Word, letter_bit, letter_name,
+    letter_set,
+};
 pub use control::{Assignment, Control, Label, Statement};
 pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;

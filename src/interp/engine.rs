@@ -10,7 +10,7 @@ use super::check::Said;
 use super::duration::too_slow;
 use super::execute::{Executor, MotionMode, Output, is_error};
 use super::feed::Turning;
-use super::findings::{Findings, Place};
+use super::findings::{Findings, Kept, Place};
 use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{
@@ -39,6 +39,8 @@ pub(super) struct Engine<'a> {
     pub said: Vec<Said>,
     /// The contour that is being read.
     pub contour: Option<Contour>,
+    /// The line of a move that waits for the next one.
+    corner: Option<Kept>,
     /// Blocks executed.
     pub blocks: u64,
     /// What is wrong with the line at hand.
@@ -60,6 +62,7 @@ impl<'a> Engine<'a> {
             plunges: Plunges::default(),
             said: Vec::new(),
             contour: None,
+            corner: None,
             blocks: 0,
             faults: Vec::new(),
             computed: None,
@@ -83,6 +86,7 @@ impl<'a> Engine<'a> {
         let mut out = output(place, motions, &mut self.faults);
         let flow = self.executor.run(block, &mut out);
         self.judge(&motions[first..], block, place);
+        self.keep_corner(place);
         flow
     }
 
@@ -109,13 +113,44 @@ impl<'a> Engine<'a> {
         } else if !computed.words().is_empty() || computed.call.is_some() || !self.faults.is_empty()
         {
             let mut out = output(place, motions, &mut self.faults);
-            self.executor.run(&computed, &mut out)
+            let flow = self.executor.run(&computed, &mut out);
+            self.keep_corner(place);
+            flow
         } else {
             Flow::Next
         };
         self.judge(&motions[first..], &computed, place);
         self.computed = Some(computed);
         flow
+    }
+
+    /// Keeps the line of a move that waits for the next one, and reports what is wrong with the
+    /// corner between them there.
+    #[inline]
+    fn keep_corner(&mut self, place: Place<'_>) {
+        if self.corner.is_some() || self.executor.held_move.is_some() {
+            self.report_corner();
+            let is_new = self.executor.corner_line() == Some(place.line);
+            if self.executor.held_move.is_none() {
+                self.corner = None;
+            } else if is_new {
+                self.corner = Some(Kept::of(place));
+            }
+        }
+    }
+
+    fn report_corner(&mut self) {
+        if let Some(kept) = &self.corner {
+            self.findings.take_once(&mut self.executor.corner_faults, kept.place());
+        }
+        self.faults.append(&mut self.executor.corner_faults);
+    }
+
+    /// Reports a corner that nothing follows.
+    pub fn end_corner(&mut self) {
+        self.executor.end_corner();
+        self.report_corner();
+        self.corner = None;
     }
 
     /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on.
@@ -188,6 +223,7 @@ impl<'a> Engine<'a> {
 
     /// Gives out what the executor holds until it knows what follows.
     pub fn finish(&mut self, place: Place<'_>, motions: &mut Vec<Motion>) {
+        self.end_corner();
         let (block, first) = (Block::default(), motions.len());
         let mut out = output(place, motions, &mut self.faults);
         self.executor.finish(&block, &mut out);

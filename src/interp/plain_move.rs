@@ -20,8 +20,10 @@ impl Executor<'_> {
         let letters = block.letters();
         // All letters but G stand once, so there is a second G if there are more words.
         let has_more = block.words().len() != letters.count_ones() as usize;
-        let is_within =
-            self.compensation.is_some() || self.spline.nurbs.is_some() || self.is_lathe();
+        let is_within = self.compensation.is_some()
+            || self.spline.nurbs.is_some()
+            || self.held_move.is_some()
+            || self.is_lathe();
         if has_more || is_within || !out.faults.is_empty() {
             return false;
         }

@@ -103,7 +103,10 @@ impl Run<'_> {
             self.run_blocks(&body, from..=to, &block, place, motions);
         } else {
             self.cut_blocks((stock, &body, from..=to), &block, place, motions);
-            self.go_to(to + 1);
+            // A contour that another cycle has cut before lies behind: it is no loop.
+            if self.frames.last().is_some_and(|frame| frame.next <= to) {
+                self.go_to(to + 1);
+            }
         }
         self.engine.report(place, true);
         Ok(())
@@ -129,6 +132,7 @@ impl Run<'_> {
             }
             self.engine.report(here, true);
         }
+        self.engine.end_corner();
         let executor = &mut self.engine.executor;
         let mut faults = std::mem::take(&mut self.engine.faults);
         let mut out = Output { line: place.line, text: place.text, motions, faults: &mut faults };
@@ -159,6 +163,9 @@ impl Run<'_> {
             self.engine.report(here, true);
         }
         self.engine.executor.position_mm = position_mm;
+        if let Some(contour) = &mut self.engine.contour {
+            contour.end(cycle, &mut self.engine.faults);
+        }
         match self.engine.contour.take().filter(|contour| !contour.is_faulty) {
             Some(contour) => self.engine.cut_stock(stock, cycle, &contour, place, motions),
             None => self.engine.executor.forget_position(),
@@ -174,15 +181,16 @@ impl Run<'_> {
     pub(super) fn end_contour(&mut self, motions: &mut Vec<Motion>) {
         let is_over = |awaited: &mut Awaited| self.frames.len() <= awaited.depth;
         let Some(awaited) = self.awaited.take_if(is_over) else { return };
-        let Some(contour) = self.engine.contour.take() else { return };
+        let Some(mut contour) = self.engine.contour.take() else { return };
         self.engine.executor.position_mm = awaited.position_mm;
-        if contour.is_faulty {
-            self.engine.executor.forget_position();
-            return;
-        }
         let Awaited { turn, block, line, text, calls, file, .. } = &awaited;
         let place = Place { line: *line, text, calls, file: file.as_deref() };
-        self.engine.turn(*turn, block, &contour, place, motions);
+        contour.end(block, &mut self.engine.faults);
+        if contour.is_faulty {
+            self.engine.executor.forget_position();
+        } else {
+            self.engine.turn(*turn, block, &contour, place, motions);
+        }
         self.engine.report(place, true);
     }
 }
