@@ -100,6 +100,8 @@ pub struct Block {
     pub call: Option<Call>,
     words: Vec<Word>,
     present: u32,
+    /// Whether a letter stands more than once.
+    repeats: bool,
     /// Where in `words` the first word of each letter stands; valid where `present` says so.
     places: [u16; 32],
     /// Whether `extras` is empty.
@@ -115,6 +117,7 @@ impl Default for Block {
             call: None,
             words: Vec::with_capacity(16),
             present: 0,
+            repeats: false,
             places: [0; 32],
             is_plain: true,
             extras: Extras::default(),
@@ -168,7 +171,7 @@ impl Block {
         self.percent = false;
         self.call = None;
         self.words.clear();
-        self.present = 0;
+        (self.present, self.repeats) = (0, false);
         if !self.is_plain {
             self.is_plain = true;
             self.extras.code.clear();
@@ -234,14 +237,14 @@ impl Block {
         self.delete = other.delete;
         self.call = other.call;
         self.words.extend_from_slice(&other.words);
-        self.present = other.present;
+        (self.present, self.repeats) = (other.present, other.repeats);
         self.places = other.places;
     }
 
     /// Takes words out: those at the places given, which are in order.
     pub fn leave_out(&mut self, places: &[u16]) {
         let words = std::mem::take(&mut self.words);
-        self.present = 0;
+        (self.present, self.repeats) = (0, false);
         for (place, word) in words.into_iter().enumerate() {
             if places.binary_search(&(place as u16)).is_err() {
                 self.push_again(word);
@@ -252,7 +255,7 @@ impl Block {
     /// Puts words in the place of others: those of `letters` go, `words` come to the end.
     pub fn replace(&mut self, letters: u32, words: impl IntoIterator<Item = Word>) {
         let before = std::mem::take(&mut self.words);
-        self.present = 0;
+        (self.present, self.repeats) = (0, false);
         let stay = before.into_iter().filter(|word| letters & letter_bit(word.letter) == 0);
         for word in stay.chain(words) {
             self.push_again(word);
@@ -267,6 +270,11 @@ impl Block {
     /// The letters that occur, as a set: see [`letter_bit`].
     pub fn letters(&self) -> u32 {
         self.present
+    }
+
+    /// Whether a letter occurs more than once.
+    pub fn repeats_letter(&self) -> bool {
+        self.repeats
     }
 
     /// Whether a letter occurs.
@@ -312,7 +320,9 @@ impl Block {
             self.present |= bit;
             // A line of 64 KiB holds at most 32 Ki words.
             self.places[usize::from(letter_place(word.letter))] = self.words.len() as u16;
-        } else if word.letter != b'G' && word.letter != b'M' {
+        } else if word.letter == b'G' || word.letter == b'M' {
+            self.repeats = true;
+        } else {
             return Err(word);
         }
         self.words.push(word);
@@ -322,6 +332,7 @@ impl Block {
     /// Adds a word whose letter may stand there already.
     pub(super) fn push_again(&mut self, word: Word) {
         if self.push(word).is_err() {
+            self.repeats = true;
             self.words.push(word);
         }
     }

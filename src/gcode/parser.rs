@@ -219,7 +219,7 @@ impl<'a> Parsing<'a> {
                 reader.peek();
                 reader.name()
             })?;
-            return self.o_word(Label::Name(label), start);
+            return self.o_word(Label::Name(label.into()), start);
         }
         let line = self.line;
         let from = line.get(start as usize..).unwrap_or_default();

@@ -9,7 +9,7 @@ use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{
     AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
 };
-use crate::gcode::{Block, Fault, Word, rules};
+use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::compensation::Compensation;
 use super::corner::Pending;
@@ -56,6 +56,8 @@ pub(super) struct Executor<'a> {
     pub(super) machine: &'a Machine,
     pub(super) dialect: Dialect,
     pub(super) axes: AxisSet,
+    /// The letters of those that are linear.
+    pub(super) linear_letters: u32,
     pub(super) motion: MotionMode,
     pub(super) plane: Plane,
     pub(super) mm_per_unit: f64,
@@ -185,6 +187,7 @@ impl<'a> Executor<'a> {
             machine,
             dialect: options.dialect,
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
+            linear_letters: linear_letters(machine),
             motion: MotionMode::None,
             plane: if is_lathe { Plane::Zx } else { Plane::Xy },
             mm_per_unit: 1.0,
@@ -519,6 +522,12 @@ impl<'a> Executor<'a> {
             }
         }
     }
+}
+
+/// The letters of a machine's linear axes.
+fn linear_letters(machine: &Machine) -> u32 {
+    let axes = machine.axes.iter().map(|profile| profile.axis).filter(|axis| !axis.is_rotary());
+    axes.fold(0, |letters, axis| letters | letter_bit(axis.letter() as u8))
 }
 
 pub(super) fn is_error(fault: &Fault) -> bool {

@@ -15,6 +15,7 @@ mod corner;
 mod cycles;
 mod duration;
 mod engine;
+mod evaluate;
 mod execute;
 mod feed;
 mod fillet;

@@ -319,6 +319,6 @@ impl Executor<'_> {
 }
 
 /// The block's N word; one that is no line number has been reported.
-fn line_number(block: &Block) -> Option<u32> {
+pub(super) fn line_number(block: &Block) -> Option<u32> {
     block.word(b'N').map(|word| word.value as u32)
 }

@@ -45,11 +45,11 @@ impl Run<'_> {
         let Some(word) = block.word(b'Q') else {
             let message = "this lathe cycle has no Q, the subprogram that holds its contour";
             self.engine.faults.push(Fault::block(&rules::MISSING_WORD, &block, message));
-            self.engine.report(place, true);
+            self.engine.report(&place, true);
             return Ok(());
         };
         let number = whole(word, 999_999_999, &mut self.engine.faults);
-        self.engine.report(place, true);
+        self.engine.report(&place, true);
         let Some(number) = number else { return Ok(()) };
         let depth = self.frames.len();
         let position_mm = self.engine.executor.position_mm;
@@ -96,7 +96,7 @@ impl Run<'_> {
             let message = format!("there is no block N{number} around this cycle");
             self.engine.faults.push(Fault::block(&rules::UNKNOWN_LABEL, &block, message));
             self.engine.executor.forget_position();
-            self.engine.report(place, true);
+            self.engine.report(&place, true);
             return Ok(());
         };
         if stock == Stock::Finish {
@@ -108,7 +108,7 @@ impl Run<'_> {
                 self.go_to(to + 1);
             }
         }
-        self.engine.report(place, true);
+        self.engine.report(&place, true);
         Ok(())
     }
 
@@ -126,11 +126,11 @@ impl Run<'_> {
             let Some((block, line, text)) = body.get(at) else { return };
             let here = Place { line, text, ..place };
             if block.statement().is_some()
-                || self.engine.execute(block, here, motions) != Flow::Next
+                || self.engine.execute(block, &here, motions) != Flow::Next
             {
                 self.leads_away(block);
             }
-            self.engine.report(here, true);
+            self.engine.report(&here, true);
         }
         self.engine.end_corner();
         let executor = &mut self.engine.executor;
@@ -156,18 +156,18 @@ impl Run<'_> {
             let Some((block, line, text)) = body.get(at) else { break };
             let here = Place { line, text, ..place };
             if block.statement().is_some()
-                || self.engine.execute(block, here, motions) != Flow::Next
+                || self.engine.execute(block, &here, motions) != Flow::Next
             {
                 self.leads_away(block);
             }
-            self.engine.report(here, true);
+            self.engine.report(&here, true);
         }
         self.engine.executor.position_mm = position_mm;
         if let Some(contour) = &mut self.engine.contour {
             contour.end(cycle, &mut self.engine.faults);
         }
         match self.engine.contour.take().filter(|contour| !contour.is_faulty) {
-            Some(contour) => self.engine.cut_stock(stock, cycle, &contour, place, motions),
+            Some(contour) => self.engine.cut_stock(stock, cycle, &contour, &place, motions),
             None => self.engine.executor.forget_position(),
         }
     }
@@ -189,8 +189,8 @@ impl Run<'_> {
         if contour.is_faulty {
             self.engine.executor.forget_position();
         } else {
-            self.engine.turn(*turn, block, &contour, place, motions);
+            self.engine.turn(*turn, block, &contour, &place, motions);
         }
-        self.engine.report(place, true);
+        self.engine.report(&place, true);
     }
 }
