@@ -362,7 +362,7 @@ fn modes_are_those_of_each_call() {
 #[test]
 fn lenient_leaves_out_what_means_nothing_and_nothing_else() {
     let lenient = Options { lenient: true, ..options() };
-    let text = "$H\n$32=1\nM117 Layer 1 of (2!\nM104 S200 T0\nM201 X500 Y500\nG92 E0\nG1 X5 E.3 F600\n\
+    let text = "$H\n$32=1\nM117 Layer 1 of (2!\nM104 S200 T0\nM201 X500 Y500\nM220 S100\nG92 E0\nG1 X5 E.3 F600\n\
                 G1 E-2 F1800\nM107\nG1 X6 E1\nM73 P5 R3\nM30";
     assert_eq!(check_with(text, &lenient).errors, 0);
     assert_eq!(positions_with(text, &lenient), ["5,0,0", "6,0,0"]);

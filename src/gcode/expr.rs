@@ -11,6 +11,7 @@
 use std::fmt;
 use std::rc::Rc;
 
+use super::name::Name;
 use super::number::{NUMBER_MAX, SyntaxError, is_blank, number};
 
 /// Brackets, signs and `#` within each other, at most: far beyond what anybody writes, far below
@@ -30,15 +31,20 @@ pub enum Step {
     /// The value of the parameter whose number lies on the stack: `##1`, `#[…]`.
     Indirect,
     /// The value of `#<name>`, in lower case without blanks.
-    Named(Rc<str>),
+    Named(Rc<Name>),
     /// 1 if `#<name>` is set, 0 if not.
-    Exists(Rc<str>),
+    Exists(Rc<Name>),
     /// The value with its sign changed.
     Negate,
     /// A function of one value.
     Function(Function),
     /// Two values become one.
     Binary(Binary),
+    /// The value and a number become one: most operators have a number or a parameter behind them,
+    /// which then need not be put on the stack first.
+    WithNumber(Binary, f64),
+    /// The value and that of `#1` become one.
+    WithParameter(Binary, u32),
 }
 
 macro_rules! words {
@@ -178,7 +184,7 @@ impl<'a, 'c> Reader<'a, 'c> {
     }
 
     /// A name in `< >`, in lower case and without blanks.
-    pub fn name(&mut self) -> Read<Rc<str>> {
+    pub fn name(&mut self) -> Read<String> {
         self.takes(b'<');
         let Some(length) = self.rest.iter().position(|byte| *byte == b'>') else {
             return self.fail("this name has no end: > is missing");
@@ -190,7 +196,7 @@ impl<'a, 'c> Reader<'a, 'c> {
             return self.fail("this is no name: it is empty, or holds one of < ( ;");
         }
         self.rest = &self.rest[length + 1..];
-        Ok(Rc::from(String::from_utf8_lossy(&text).to_lowercase()))
+        Ok(String::from_utf8_lossy(&text).to_lowercase())
     }
 
     pub fn fail<T>(&self, message: impl fmt::Display) -> Read<T> {
@@ -214,8 +220,18 @@ impl<'a, 'c> Reader<'a, 'c> {
                 break;
             }
             self.rest = rest;
+            let second = self.code.len();
             self.expression(operator.precedence() + 1)?;
-            self.code.push(Step::Binary(operator));
+            let step = match self.code.get(second..) {
+                Some([Step::Number(value)]) => Step::WithNumber(operator, *value),
+                Some([Step::Parameter(number)]) => Step::WithParameter(operator, *number),
+                _ => {
+                    self.code.push(Step::Binary(operator));
+                    continue;
+                }
+            };
+            self.code.truncate(second);
+            self.code.push(step);
         }
         Ok(())
     }
@@ -290,7 +306,7 @@ impl<'a, 'c> Reader<'a, 'c> {
         match self.peek() {
             Some(b'<') => {
                 let name = self.name()?;
-                self.code.push(Step::Named(name));
+                self.code.push(Step::Named(Rc::new(Name::new(&name))));
                 return Ok(());
             }
             Some(b'0'..=b'9' | b'[' | b'#') => self.operand()?,
@@ -320,11 +336,11 @@ impl<'a, 'c> Reader<'a, 'c> {
         }
         if self.takes_word("EXISTS") {
             let is_name = self.takes(b'[') && self.takes(b'#') && self.peek() == Some(b'<');
-            let name = if is_name { self.name()? } else { Rc::from("") };
+            let name = if is_name { self.name()? } else { String::new() };
             if !is_name || !self.takes(b']') {
                 return self.fail("EXISTS is written as EXISTS[#<name>]");
             }
-            self.code.push(Step::Exists(name));
+            self.code.push(Step::Exists(Rc::new(Name::new(&name))));
             return Ok(());
         }
         let mut functions = Function::ALL.iter();
@@ -363,12 +379,19 @@ pub(super) fn written(code: &[Step]) -> String {
             Step::Indirect => format!("#[{}]", take()),
             Step::Negate => format!("-[{}]", take()),
             Step::Function(function) => format!("{}[{}]", function.name(), take()),
+            Step::Binary(Binary::Atan) => {
+                let (second, first) = (take(), take());
+                format!("ATAN[{first}]/[{second}]")
+            }
             Step::Binary(operator) => {
                 let (second, first) = (take(), take());
-                match operator {
-                    Binary::Atan => format!("ATAN[{first}]/[{second}]"),
-                    _ => format!("[{first} {} {second}]", operator.name()),
-                }
+                format!("[{first} {} {second}]", operator.name())
+            }
+            Step::WithNumber(operator, value) => {
+                format!("[{} {} {value}]", take(), operator.name())
+            }
+            Step::WithParameter(operator, number) => {
+                format!("[{} {} #{number}]", take(), operator.name())
             }
         };
         parts.push(part);

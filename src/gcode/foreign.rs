@@ -120,7 +120,7 @@ pub static FOREIGN: &[Foreign] = &[
     g(660, "FANUC", "calls a macro after every move", "write G65 behind every position"),
     g(670, "FANUC", "ends the modal macro call", "write G65 behind every position"),
     g(682, "FANUC", "tilted work plane", FIXED),
-    g(750, "FANUC lathes", "grooving cycle; on Siemens: goes to a fixed point", LATHE),
+    g(750, "FANUC lathes", "grooving cycle; on Siemens: goes to a fixed point", "take --dialect fanuc-lathe, if it is a program for a lathe"),
     g(770, "Haas lathes", "flattening cycle", LATHE),
     g(780, "FANUC lathes", "threading cycle", LATHE),
     g(790, "Heidenhain", "calls a cycle; on FANUC lathes: facing cycle", LINES),
@@ -178,7 +178,9 @@ pub static FOREIGN: &[Foreign] = &[
     m(190, "3D printers", "heats the bed and waits", PRINTER),
     m(198, "FANUC", "calls a subprogram in the memory card", "write M98, and put the subprogram into a file beside the program"),
     ms(200, 209, "3D printers", "filament, accelerations, steps a mm", "leave it out: the machine profile holds what the axes can do"),
-    ms(210, 599, "3D printers", "settings of the printer", PRINTER),
+    ms(210, 219, "3D printers", "settings of the printer", PRINTER),
+    ms(220, 221, "3D printers, senders", "speed or flow in percent", "leave it out, and write F in the speeds that are meant; --lenient leaves out M220 S100"),
+    ms(222, 599, "3D printers", "settings of the printer", PRINTER),
     ms(600, 999, "builders of machines, 3D printers", "functions of the machine", CHECK),
 ];
 

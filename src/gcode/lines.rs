@@ -78,18 +78,23 @@ impl<R: Read> Lines<R> {
     /// When the text cannot be read.
     #[inline]
     pub fn next_line(&mut self) -> io::Result<Option<Line<'_>>> {
-        if !self.find_line()? {
-            return Ok(None);
-        }
-        Ok(Some(Line {
+        Ok(if self.find_line()? { Some(self.line()) } else { None })
+    }
+
+    /// The line read last.
+    #[inline]
+    fn line(&self) -> Line<'_> {
+        Line {
             number: self.number,
             offset: self.line_offset,
             bytes: &self.buffer[self.line_start..self.line_start + self.line_bytes],
             too_long: self.too_long,
-        }))
+        }
     }
 
-    /// Goes on to the next line; false at the end of the text.
+    /// Goes on to the next line; false at the end of the text. By itself, so that what is around it
+    /// is small enough to become part of the caller.
+    #[inline(never)]
     fn find_line(&mut self) -> io::Result<bool> {
         if self.offset == 0 || self.unread != Unread::Nothing {
             self.begin_line()?;

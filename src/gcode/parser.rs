@@ -8,7 +8,9 @@ use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
 use nom::sequence::delimited;
 
-use super::block::{Block, Call, Message, MessageKind, Word};
+use super::block::{
+    Block, COMMA_A, COMMA_C, COMMA_R, Call, Message, MessageKind, Word, letter_name,
+};
 use super::control::{
     Assignment, Control, Label, Statement, after_label, computed_call, macro_b, stands_alone,
 };
@@ -67,6 +69,10 @@ impl<'a> Parsing<'a> {
                 self.word(byte)
             }
             b'$' if self.words_end.is_none() && !self.block.words().is_empty() => self.word(byte),
+            b',' if self.words_end.is_none() => match self.comma_letter() {
+                Some((letter, length)) => self.comma_word(letter, length),
+                None => self.stray(byte),
+            },
             b' ' | b'\t' => {
                 self.rest = blanks(self.rest).ok()?.0;
                 Some(())
@@ -131,13 +137,43 @@ impl<'a> Parsing<'a> {
         }
     }
 
+    /// The letter of a word that a comma begins, and the bytes up to its value.
+    fn comma_letter(&self) -> Option<(u8, usize)> {
+        let after = self.rest.get(1..)?;
+        let blanks = after.iter().take_while(|byte| is_blank(**byte)).count();
+        let letter = match after.get(blanks)?.to_ascii_uppercase() {
+            b'A' => COMMA_A,
+            b'C' => COMMA_C,
+            b'R' => COMMA_R,
+            _ => return None,
+        };
+        Some((letter, blanks + 2))
+    }
+
+    /// `,A30`, `,C2`, `,R5`
+    fn comma_word(&mut self, letter: u8, length: usize) -> Option<()> {
+        let start = self.at();
+        self.step(length);
+        match self.number() {
+            Ok(value) => {
+                self.push(Word { letter, value, start, end: self.at() });
+                Some(())
+            }
+            Err(SyntaxError::NoNumber | SyntaxError::Other) if self.expression_follows() => {
+                let formula = self.read(start, |reader| reader.value())?;
+                self.expression_word(letter, start, formula)
+            }
+            Err(error) => self.no_number(letter, start, error),
+        }
+    }
+
     fn push(&mut self, word: Word) -> bool {
         let Err(word) = self.block.push(word) else { return true };
         if matches!(word.letter, b'I'..=b'K') && self.block.is_macro_call() {
             self.block.push_again(word);
             return true;
         }
-        let message = format!("{} stands twice in this block", char::from(word.letter));
+        let message = format!("{} stands twice in this block", letter_name(word.letter));
         let help = "leave one of them out, or put it into a block of its own";
         self.faults.push(Fault::word(&rules::REPEATED_WORD, &word, message).help(help));
         false
@@ -183,7 +219,7 @@ impl<'a> Parsing<'a> {
                 reader.peek();
                 reader.name()
             })?;
-            return self.o_word(Label::Name(label), start);
+            return self.o_word(Label::Name(label.into()), start);
         }
         let line = self.line;
         let from = line.get(start as usize..).unwrap_or_default();
@@ -219,11 +255,6 @@ impl<'a> Parsing<'a> {
             });
             let control = read.or_else(|| self.broken_statement())?;
             return self.statement(Label::Number(0), control, start);
-        }
-        if letter == b'N' {
-            let message = "the number of an N word cannot be an expression";
-            self.faults.push(Fault::new(&rules::UNSUPPORTED_WORD, start, self.at(), message));
-            return None;
         }
         // A number that is written in brackets is as good as one without.
         let word = Word { letter, value: 0.0, start, end: self.at() };
@@ -318,7 +349,7 @@ impl<'a> Parsing<'a> {
         if let [b',', b'0'..=b'9', ..] = self.rest {
             return self.stray(b',');
         }
-        let letter = char::from(letter);
+        let letter = letter_name(letter);
         let after_blanks = self.rest.iter().position(|byte| !is_blank(*byte));
         let next = after_blanks.and_then(|at| self.rest.get(at).copied());
         let end = self.at();

@@ -205,21 +205,6 @@ pub(super) fn comma(line: &[u8], at: usize) -> (Fault, usize) {
     if is_in_number {
         return decimal_comma(line, at, digits);
     }
-    let corner = after.first().filter(|byte| b"ACR".contains(&byte.to_ascii_uppercase()));
-    let corner = corner.filter(|_| matches!(after.get(1), Some(b'0'..=b'9' | b'.' | b'-' | b'#')));
-    if let Some(letter) = corner {
-        let value = after[1..].iter().take_while(|byte| b"0123456789.-#".contains(byte)).count();
-        let letter = char::from(*letter).to_ascii_uppercase();
-        let what = match letter {
-            'C' => "a chamfer between this line and the next",
-            'R' => "a rounding between this line and the next",
-            _ => "the angle of this line",
-        };
-        let end = at + 2 + value;
-        let message = format!(",{letter} is not supported: {what}");
-        let fault = Fault::new(&rules::UNSUPPORTED_WORD, at as u32, end as u32, message);
-        return (fault.help("let the CAM program put out lines and arcs"), end - at);
-    }
     let message = "a comma is no part of any word";
     let fault = Fault::new(&rules::BAD_CHARACTER, at as u32, at as u32 + 1, message);
     // Arguments behind it would be taken for a fault of their own.

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use crate::gcode::{Block, Control, Fault, Label, Statement, rules};
+use crate::gcode::{Block, Control, Fault, Label, Statement, Word, rules};
 
 /// Lines of a program, parsed.
 #[derive(Debug)]
@@ -48,7 +48,11 @@ impl Body {
     pub fn push(&mut self, line: u32, text: &[u8], block: &Block) {
         let begin = self.text.len();
         self.text.extend_from_slice(text);
-        if let Some(word) = block.word(b'N') {
+        // Labels are written: what an expression makes of one is not known before it runs.
+        let is_computed = |word: &Word| {
+            block.values().iter().any(|(at, _)| block.words().get(usize::from(*at)) == Some(word))
+        };
+        if let Some(word) = block.word(b'N').filter(|word| !is_computed(word)) {
             self.numbers.entry(word.value as u32).or_default().push(self.blocks.len());
         }
         self.blocks.push(Stored {

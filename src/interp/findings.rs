@@ -40,6 +40,13 @@ impl Kept {
         kept
     }
 
+    /// A place of which faults are known.
+    pub fn of(place: Place<'_>) -> Kept {
+        let Place { line, text, calls, file } = place;
+        let (text, calls) = (text.to_vec(), calls.to_vec());
+        Kept { line, text, calls, file: file.map(str::to_owned), span: (0, 0) }
+    }
+
     /// Takes another place instead.
     pub fn keep(&mut self, axis: Axis, block: &Block, place: Place<'_>) {
         self.line = place.line;

@@ -92,7 +92,7 @@ impl Run<'_> {
                 Ok(())
             }
         };
-        self.engine.report(place, true);
+        self.engine.report(&place, true);
         result
     }
 
@@ -102,7 +102,7 @@ impl Run<'_> {
         body: &Rc<Body>,
         at: usize,
         block: &Block,
-        place: Place<'_>,
+        place: &Place<'_>,
     ) -> io::Result<()> {
         let Some(statement) = block.statement() else { return Ok(()) };
         let links = body.links(at);
@@ -140,7 +140,7 @@ impl Run<'_> {
             | Control::CallNumber(..)
             | Control::Goto { .. }
             | Control::Then(_) => {
-                self.jump(statement, block, place)?;
+                self.jump(statement, block, *place)?;
             }
         }
         Ok(())
@@ -151,14 +151,14 @@ impl Run<'_> {
         match &statement.control {
             Control::Call(formulas) => {
                 let arguments = self.engine.arguments(block, formulas);
-                self.engine.report(place, true);
+                self.engine.report(&place, true);
                 self.call(&statement.label, 1, Some((&arguments, false)), block, place)
             }
             Control::CallNumber(number, formulas) => {
                 let Some(number) = self.engine.number(block, *number) else { return Ok(()) };
                 let arguments = self.engine.arguments(block, formulas);
                 let Some(number) = self.engine.label_number(number, block) else { return Ok(()) };
-                self.engine.report(place, true);
+                self.engine.report(&place, true);
                 let label = Label::Number(number);
                 self.call(&label, 1, Some((&arguments, false)), block, place)
             }
@@ -172,7 +172,7 @@ impl Run<'_> {
                 }
             }
             Control::Then(condition) => {
-                if self.holds(block, *condition) && self.engine.set(block, place) {
+                if self.holds(block, *condition) && self.engine.set(block, &place) {
                     self.end = End::GivenUp;
                 }
                 Ok(())
@@ -212,7 +212,7 @@ impl Run<'_> {
     }
 
     /// Goes back to the beginning of a loop, unless there have been too many passes.
-    fn pass(&mut self, body: &Body, links: Links, place: Place<'_>) {
+    fn pass(&mut self, body: &Body, links: Links, place: &Place<'_>) {
         let begin = body.get(links.other);
         let is_do = begin
             .and_then(|(block, ..)| block.statement())
@@ -229,7 +229,7 @@ impl Run<'_> {
     }
 
     /// Counts a pass; false, and reported, if it is one too many.
-    fn counts(&mut self, name: impl FnOnce() -> String, place: Place<'_>) -> bool {
+    fn counts(&mut self, name: impl FnOnce() -> String, place: &Place<'_>) -> bool {
         self.passes += 1;
         if self.engine.findings.errors > 0 && self.passes > PASSES_AFTER_ERROR {
             self.end = End::GivenUp;
@@ -242,7 +242,7 @@ impl Run<'_> {
             format!("{} makes pass {} of all loops: no more are allowed", name(), self.passes);
         let fault = Fault::new(&rules::MAX_PASSES, 0, place.text.len() as u32, message);
         let help = "does its condition ever change? --max-passes allows more";
-        self.engine.findings.add(fault.help(help), place);
+        self.engine.findings.add(fault.help(help), *place);
         self.end = End::GivenUp;
         false
     }
@@ -258,7 +258,7 @@ impl Run<'_> {
         }
     }
 
-    fn end_repeat(&mut self, body: &Body, links: Links, statement: &Statement, place: Place<'_>) {
+    fn end_repeat(&mut self, body: &Body, links: Links, statement: &Statement, place: &Place<'_>) {
         let Some(frame) = self.frames.last_mut() else { return };
         match frame.repeats.iter_mut().find(|(at, _)| *at == links.other) {
             Some((_, 0)) => self.forget_repeat(links.other),
@@ -378,7 +378,7 @@ impl Run<'_> {
             return Ok(());
         };
         if target >= frame.next
-            || self.counts(|| format!("GOTO {number} on line {}", place.line), place)
+            || self.counts(|| format!("GOTO {number} on line {}", place.line), &place)
         {
             self.go_to(target);
         }

@@ -32,7 +32,9 @@ fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
 impl Executor<'_> {
     /// Moves, if the block asks for it.
     pub(super) fn run_motion(&mut self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
-        if block.letters() & POLAR_LETTERS == 0 {
+        if self.held_move.is_some() || self.is_dimensioned(block, asked) {
+            self.run_dimensioned(block, asked, out);
+        } else if block.letters() & POLAR_LETTERS == 0 {
             if self.polar {
                 asked.polar_step = self.polar_mode_step(block);
             }
@@ -44,7 +46,7 @@ impl Executor<'_> {
         }
     }
 
-    fn run_axis_words(&mut self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
+    pub(super) fn run_axis_words(&mut self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
         if let MotionMode::Cycle(cycle) = self.motion {
             let asks = block.letters() & AXIS_LETTERS != 0 || asked.is_motion_named;
             if asks && !asked.axes_claimed && self.is_thread(cycle, block) {
@@ -63,7 +65,7 @@ impl Executor<'_> {
         let first = block.first_of(block.letters() & words).filter(|_| !asked.axes_claimed);
         if let MotionMode::Single(single) = self.motion {
             if block.letters() & AXIS_LETTERS != 0 && !asked.axes_claimed {
-                self.cut_once(single, block, *asked, out);
+                self.run_single(single, block, *asked, out);
             }
             return;
         }
@@ -317,6 +319,6 @@ impl Executor<'_> {
 }
 
 /// The block's N word; one that is no line number has been reported.
-fn line_number(block: &Block) -> Option<u32> {
+pub(super) fn line_number(block: &Block) -> Option<u32> {
     block.word(b'N').map(|word| word.value as u32)
 }

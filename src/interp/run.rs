@@ -153,8 +153,8 @@ impl<'a> Run<'a> {
     fn finish(&mut self, motions: &mut Vec<Motion>) {
         let line = self.lines.number().max(1);
         let place = Place { line, text: b"", calls: &[], file: None };
-        self.engine.finish(place, motions);
-        self.engine.report(place, false);
+        self.engine.finish(&place, motions);
+        self.engine.report(&place, false);
     }
 
     fn step_main(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {
@@ -179,7 +179,7 @@ impl<'a> Run<'a> {
                     } else {
                         engine.executor.check_codes(&self.block, &mut engine.faults);
                     }
-                    engine.report(place, false);
+                    engine.report(&place, false);
                     self.end = End::NextProgram;
                     return self.missing_end(true);
                 }
@@ -189,10 +189,10 @@ impl<'a> Run<'a> {
                 _ if self.block.is_broken_statement() => Flow::Unreadable,
                 Some(_) if engine.faults.iter().any(is_error) => Flow::Unreadable,
                 Some(_) => Flow::Statement,
-                None => engine.execute(&self.block, place, motions),
+                None => engine.execute(&self.block, &place, motions),
             };
         }
-        engine.report(place, false);
+        engine.report(&place, false);
         if flow == Flow::Next {
             return Ok(());
         }
@@ -222,13 +222,13 @@ impl<'a> Run<'a> {
         if block.statement().is_some() {
             self.engine.blocks += 1;
             self.engine.executor.line = line;
-            let result = self.statement(&body, at, block, place);
-            self.engine.report(place, true);
+            let result = self.statement(&body, at, block, &place);
+            self.engine.report(&place, true);
             return result;
         }
         let first = motions.len();
-        let flow = self.engine.execute(block, place, motions);
-        self.engine.report(place, true);
+        let flow = self.engine.execute(block, &place, motions);
+        self.engine.report(&place, true);
         if !self.counts_moves(motions.len() - first, place) || flow == Flow::Next {
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! Words by themselves: which can stand together, which are refused, what values they may have.
 
 use crate::gcode::codes::{self, Code, Op};
-use crate::gcode::{Block, Call, Fault, Word, foreign, letter_bit, rules};
+use crate::gcode::{Block, Call, Fault, Word, foreign, letter_bit, letter_name, rules};
 
 use super::execute::MotionMode;
 use super::flow::Flow;
@@ -79,7 +79,7 @@ pub(super) fn unused(word: &Word, mode: MotionMode) -> Fault {
     if names.is_empty() {
         return fault.help("leave it out");
     }
-    let letter = char::from(word.letter);
+    let letter = letter_name(word.letter);
     fault.help(format!("{letter} goes with {}", listed(&names, "or")))
 }
 
@@ -122,7 +122,7 @@ fn nearly_whole(word: &Word, greatest: u32, faults: &mut Vec<Fault>) -> Option<u
     {
         return Some(nearest as u32);
     }
-    let letter = char::from(word.letter);
+    let letter = letter_name(word.letter);
     let message = format!("{word}: {letter} is a whole number from 0 to {greatest}");
     faults.push(Fault::word(&rules::BAD_VALUE, word, message));
     None

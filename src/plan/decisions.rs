@@ -1,8 +1,9 @@
-//! Path → pieces with their speeds: the cutter and the look-ahead behind it, item by item.
+//! Path → pieces with their speeds: blends, the cutter and the look-ahead behind them, item by item.
 
 use crate::base::Machine;
 use crate::path::PathItem;
 
+use super::blend::{Blended, blended};
 use super::lookahead::{Decided, LookAhead};
 use super::source::Cutter;
 use super::{Feed, Seams};
@@ -10,7 +11,7 @@ use super::{Feed, Seams};
 /// The decisions of the look-ahead over a path, in order; errors of the path pass through.
 #[derive(Debug)]
 pub struct Decisions<'a, I> {
-    path: I,
+    path: Blended<'a, I>,
     cutter: Cutter<'a>,
     ahead: LookAhead<'a>,
     ended: bool,
@@ -18,9 +19,16 @@ pub struct Decisions<'a, I> {
 
 impl<'a, I> Decisions<'a, I> {
     /// From rest, with stops at the seams.
-    pub fn new(path: I, machine: &'a Machine, feed: Feed, seams: &'a Seams) -> Decisions<'a, I> {
-        let (cutter, ahead) = (Cutter::new(machine, feed, seams), LookAhead::new(machine, feed));
-        Decisions { path, cutter, ahead, ended: false }
+    pub fn new<E>(path: I, machine: &'a Machine, feed: Feed, seams: &'a Seams) -> Decisions<'a, I>
+    where
+        I: Iterator<Item = Result<PathItem, E>>,
+    {
+        Decisions {
+            path: blended(path, machine, feed),
+            cutter: Cutter::new(machine, feed, seams),
+            ahead: LookAhead::new(machine, feed),
+            ended: false,
+        }
     }
 }
 

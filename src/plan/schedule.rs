@@ -20,13 +20,16 @@ pub struct Planner<'a, I> {
 }
 
 impl<'a, I> Planner<'a, I> {
-    pub(super) fn new(
+    pub(super) fn new<E>(
         path: I,
         machine: &'a Machine,
         feed: Feed,
         seams: &'a Seams,
         start_mm: Point,
-    ) -> Planner<'a, I> {
+    ) -> Planner<'a, I>
+    where
+        I: Iterator<Item = Result<PathItem, E>>,
+    {
         Planner {
             decisions: Decisions::new(path, machine, feed, seams),
             schedule: Schedule::new(machine, feed, start_mm),

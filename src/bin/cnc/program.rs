@@ -4,9 +4,7 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
 use clap::ValueEnum;
-use cnc::base::machine::Rapid;
 use cnc::base::{Axis, Command, Machine, Point, Source};
 use cnc::interp::{self, Checked, RunError};
 use cnc::path::{self, PathItem};
@@ -94,14 +92,6 @@ impl Program {
         motion: &MotionArgs,
         global: &Global,
     ) -> Result<Result<Program, Exit>, Failure> {
-        if machine.rapid == Rapid::Independent {
-            let id = &machine.id;
-            let reason = anyhow!(
-                "machine profile '{id}': rapid = \"independent\" cannot be planned; \
-                 use rapid = \"straight\""
-            );
-            return Err(Failure { code: 2, error: reason });
-        }
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
         let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
         let options = interp::Options {
@@ -235,5 +225,5 @@ fn path_of<'a>(
     machine: &'a Machine,
     options: &'a interp::Options,
 ) -> impl Iterator<Item = Result<PathItem, RunError>> + 'a {
-    path::segments(interp::motions(source, machine, options))
+    path::segments(interp::motions(source, machine, options), machine)
 }

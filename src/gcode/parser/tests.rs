@@ -58,7 +58,8 @@ fn faults_are_named_and_the_rest_of_the_words_is_read() {
     check("G1 (a(b) X1", "G1 X1", &["nested-comment"]);
     check("G1 X1,5 Y-2,25Z", "G1 X1 Y-2", &["decimal-comma", "decimal-comma", "missing-number"]);
     check("X[1,5] Y2", "", &["decimal-comma"]);
-    check("G1 X1, Y2,C3", "G1 X1 Y2", &["bad-character", "unsupported-word"]);
+    check("G1 X1, Y2,C3", "G1 X1 Y2 ,C3", &["bad-character"]);
+    check("G1 X1 ,c3 , r.5,A", "G1 X1 ,C3 ,R0.5", &["missing-number"]);
     check("G1 X\u{2212}5\u{a0}Y\u{2212}1", "G1", &["look-alike", "look-alike", "look-alike"]);
     check("G\u{ff11} \u{425}10 Y5", "Y5", &["look-alike", "look-alike"]);
     check("G1 *X1", "G1", &["bad-character"]);

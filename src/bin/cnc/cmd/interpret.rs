@@ -163,17 +163,29 @@ struct Listing<W: Write> {
 #[derive(Default)]
 struct Shown {
     value: f64,
-    text: Vec<u8>,
+    text: [u8; NUMBER_BYTES],
+    /// Bytes of the text; none where nothing has been written yet.
+    length: usize,
 }
+
+/// Longest number, as -1.2345678901234567e-300.
+const NUMBER_BYTES: usize = 24;
 
 impl Shown {
     fn write(&mut self, text: &mut Vec<u8>, value: f64) {
-        if self.text.is_empty() || self.value.to_bits() != value.to_bits() {
-            self.value = value;
-            self.text.clear();
-            number(&mut self.text, value);
+        let begin = text.len();
+        if self.length > 0 && self.value.to_bits() == value.to_bits() {
+            // To copy all of it takes a few instructions, to copy a part a call.
+            text.extend_from_slice(&self.text);
+            text.truncate(begin + self.length);
+            return;
         }
-        text.extend_from_slice(&self.text);
+        number(text, value);
+        let written = &text[begin..];
+        if let Some(place) = self.text.get_mut(..written.len()) {
+            place.copy_from_slice(written);
+            (self.value, self.length) = (value, written.len());
+        }
     }
 }
 
