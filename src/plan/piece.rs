@@ -40,7 +40,7 @@ const PULLS_MOSTLY: usize = 6;
 const COUNT_MARGIN: f64 = 1e-6;
 
 /// Squares of speeds that differ by less than this share are those of the same speed.
-pub const SPEEDS_EQUAL: f64 = 1e-9;
+pub const SPEEDS_EQUAL: f64 = 1e-7;
 
 /// A piece of a segment, to be run with one change of speed.
 #[derive(Clone, Debug)]
