@@ -8,7 +8,7 @@
 
 use crate::base::{Axis, AxisSet, EventKind};
 use crate::wire::frame;
-use crate::wire::job::{Buffer, Fill, Step};
+use crate::wire::job::{Buffer, Step};
 use crate::wire::report::{During, Fault};
 
 use super::{Hold, Master, MasterEvent, State, dwell_us};
@@ -61,6 +61,10 @@ impl Master {
     pub(super) fn start_run(&mut self, now_us: u64, step: usize) {
         if let Some(Step::Buffer(buffer)) = self.job.steps.get(step) {
             self.progress.buffer = buffer.number;
+            let servants = buffer.fills.iter().filter(|fill| !fill.master);
+            servants
+                .filter_map(|fill| fill.unit.axis)
+                .for_each(|axis| self.unconfirmed.insert(axis));
             self.events.push_back(MasterEvent::Started { buffer: buffer.number });
         }
         // The start pair leaves the wire before the first tick is timed.
@@ -153,10 +157,8 @@ impl Master {
     /// The pairs of idle nodes stay in phase only after an even number of sync bytes.
     fn may_hold(&self, buffer: &Buffer, sent: usize) -> bool {
         let slow = |tick: usize| {
-            buffer
-                .fills
-                .iter()
-                .all(|fill| buffer.count(fill, tick).unsigned_abs() <= self.slow_steps[fill.axis])
+            let counts = buffer.counts(tick);
+            Axis::ALL.iter().all(|axis| counts[*axis].unsigned_abs() <= self.slow_steps[*axis])
         };
         let slow_here = sent.checked_sub(1).is_none_or(slow) && slow(sent);
         sent.is_multiple_of(2) && (self.hold == Hold::Now || slow_here)
@@ -171,13 +173,12 @@ impl Master {
         let Some(master) = buffer.master() else { return };
         if !run.waits() {
             // Who has made the master answer again may have made every node step again.
-            let axes: Vec<Axis> = buffer.fills.iter().map(|fill| fill.axis).collect();
+            let axes: Vec<Axis> = buffer.fills.iter().filter_map(|fill| fill.unit.axis).collect();
             axes.into_iter().for_each(|axis| self.doubtful.insert(axis));
             return self.fail(Fault::Unexpected { got: byte });
         }
-        if byte != master.id {
-            let (axis, id) = (master.axis, master.id);
-            return self.fail(Fault::WrongAnswer { axis, id, got: byte, during });
+        if byte != master.unit.id {
+            return self.fail(Fault::WrongAnswer { unit: master.unit, got: byte, during });
         }
         let (tick, ticks, entries) = (run.sent - 1, buffer.lines.len(), master.bytes.len());
         if tick < ticks {
@@ -191,7 +192,7 @@ impl Master {
         self.quiet(now_us);
         if tick + 1 == entries {
             self.buffers_done += 1;
-            self.full = AxisSet::EMPTY;
+            self.any_full = false;
             self.state = State::Next;
             return;
         }
@@ -206,7 +207,7 @@ impl Master {
         let during = self.tick();
         let (_, Some(Step::Buffer(buffer))) = self.run_and_buffer() else { return };
         let Some(master) = buffer.master() else { return };
-        self.fail(Fault::NoAnswer { axis: master.axis, id: master.id, during });
+        self.fail(Fault::NoAnswer { unit: master.unit, during });
     }
 
     /// A tick that has been sent and not acknowledged leaves the axes that it moves in doubt.
@@ -217,9 +218,9 @@ impl Master {
             return;
         };
         if let Some(tick) = run.sent.checked_sub(1).filter(|_| run.waits()) {
-            let moved = |fill: &&Fill| buffer.count(fill, tick) != 0;
-            let moved: Vec<_> = buffer.fills.iter().filter(moved).map(|fill| fill.axis).collect();
-            moved.into_iter().for_each(|axis| self.doubtful.insert(axis));
+            let counts = buffer.counts(tick);
+            let moved: AxisSet = Axis::ALL.into_iter().filter(|axis| counts[*axis] != 0).collect();
+            self.doubtful = self.doubtful.union(moved);
         }
     }
 
