@@ -45,6 +45,8 @@ pub struct Nodes {
     sync_wait_us_max: u64,
     wire_free_ns: u64,
     on_wire: VecDeque<OnWire>,
+    /// What each node did before it heard the last byte.
+    before: Vec<Activity>,
     answers: VecDeque<Answer>,
     log: VecDeque<Entry>,
     faults: Faults,
@@ -89,6 +91,7 @@ impl Nodes {
             sync_wait_us_max,
             wire_free_ns: 0,
             on_wire: VecDeque::new(),
+            before: Vec::new(),
             answers: VecDeque::new(),
             log: VecDeque::new(),
             faults: Faults::new(Vec::new(), bus.buffer_ticks, bus.metronome_id),
@@ -115,14 +118,14 @@ impl Nodes {
     pub fn handle_bytes(&mut self, now_us: u64, bytes: &[u8]) {
         self.advance(now_us);
         for byte in bytes {
-            let faults = self.faults.byte(now_us, *byte);
+            let arrival_ns = self.wire_free_ns.max(now_us * 1000) + self.byte_ns;
+            let faults = self.faults.byte(arrival_ns.div_ceil(1000), *byte);
             self.is_closed |= faults.iter().any(|fault| fault.kind == FaultKind::Close);
             if self.is_closed {
                 return;
             }
             let late_us: u64 = faults.iter().map(late_us).sum();
-            let start_ns = self.wire_free_ns.max(now_us * 1000) + late_us * 1000;
-            self.wire_free_ns = start_ns + self.byte_ns;
+            self.wire_free_ns = arrival_ns + late_us * 1000;
             let arrival_us = self.wire_free_ns.div_ceil(1000);
             self.on_wire.push_back(OnWire { arrival_us, byte: *byte, faults });
         }
@@ -132,6 +135,8 @@ impl Nodes {
     pub fn advance(&mut self, now_us: u64) {
         while self.on_wire.front().is_some_and(|next| next.arrival_us <= now_us) {
             let Some(next) = self.on_wire.pop_front() else { break };
+            self.before.clear();
+            self.before.extend(self.nodes.iter().map(|(_, node)| node.activity()));
             for at in 0..self.nodes.len() {
                 self.hear(at, &next);
                 self.collect(at);
@@ -272,8 +277,11 @@ impl Nodes {
     }
 
     fn hazard(&self, at: usize, happening: Happening) -> Option<&'static str> {
-        let others = || self.nodes.iter().enumerate().filter(|(i, _)| *i != at);
-        let other_is = |what| others().any(|(_, (_, node))| node.activity() == what);
+        // The byte that is the last of one node's data may complete a pair of another.
+        let is = |i: usize, what| {
+            self.before.get(i) == Some(&what) || self.nodes[i].1.activity() == what
+        };
+        let other_is = |what| (0..self.nodes.len()).any(|i| i != at && is(i, what));
         match happening {
             Happening::FillBegins { .. } if other_is(Activity::Filling) => {
                 Some("took another node's data for a fill command")

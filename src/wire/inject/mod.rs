@@ -80,10 +80,10 @@ impl Faults {
         self.struck.pop_front()
     }
 
-    /// The host sends a byte: what strikes it.
-    pub(super) fn byte(&mut self, now_us: u64, byte: u8) -> Vec<FaultSpec> {
+    /// The host sends a byte, which would arrive at this time: what strikes it.
+    pub(super) fn byte(&mut self, arrival_us: u64, byte: u8) -> Vec<FaultSpec> {
         let phase = self.listener.hear(byte);
-        let found = self.strike(now_us, phase, false);
+        let found = self.strike(arrival_us, phase, false);
         self.bytes.pass(phase);
         found
     }

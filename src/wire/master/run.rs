@@ -28,6 +28,8 @@ pub(super) struct Run {
     /// What the next sync byte's lateness is measured from; none where only answers set the pace.
     scheduled_us: Option<u64>,
     deadline_us: Option<u64>,
+    /// When the last answer came; before it, when the nodes were started.
+    answered_us: u64,
     /// The next sync byte waits for the end of a dwell.
     dwells: bool,
 }
@@ -77,6 +79,7 @@ impl Master {
             due_us,
             scheduled_us: None,
             deadline_us: None,
+            answered_us: due_us,
             dwells: false,
         });
     }
@@ -92,6 +95,14 @@ impl Master {
         }
         if self.hold != Hold::No && sent < ticks && self.may_hold(buffer, sent) {
             let line = buffer.lines.get(sent).copied().unwrap_or(0);
+            // A sync byte too many shows in an answer too many.
+            let silent_us = run.answered_us + self.sync_wait_us();
+            if now_us < silent_us {
+                if let State::Running(run) = &mut self.state {
+                    run.due_us = silent_us;
+                }
+                return None;
+            }
             self.events.push_back(MasterEvent::Held { line });
             let run = std::mem::replace(&mut self.state, State::Ended);
             if let State::Running(run) = run {
@@ -199,6 +210,7 @@ impl Master {
         let (quiet_us, period_us) = (self.quiet_until_us, self.timing.tick_us);
         let State::Running(run) = &mut self.state else { return };
         run.deadline_us = None;
+        run.answered_us = now_us;
         run.scheduled_us = (tick < ticks).then_some(run.sent_us + period_us);
         run.due_us = run.scheduled_us.unwrap_or(0).max(quiet_us);
     }
