@@ -111,7 +111,7 @@ impl Job {
         }
         cutter.flush()?;
         let mut nodes: Vec<Unit> = cutter.steps.iter().flat_map(participants).collect();
-        nodes.sort_unstable();
+        nodes.sort_unstable_by_key(|unit| (unit.axis.is_none(), *unit));
         nodes.dedup();
         let low_high = cutter.extents_steps;
         let mm = |axis: Axis, steps: i64| {

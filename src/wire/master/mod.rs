@@ -30,6 +30,9 @@ use self::script::{Action, Ask, Question};
 
 /// Bytes handed out at a time: a port that keeps them all is then never far behind the wire.
 const PIECE_BYTES: usize = 64;
+/// How long the host listens before the last byte of a node's data: who answers now has counted
+/// more bytes than were sent, or is another node (H13). 1 % of a fill.
+const LISTEN_US: u64 = 4000;
 
 /// The times that a host keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -231,7 +234,8 @@ impl Master {
         }
         let State::Sending { action, sent } = &mut self.state else { return None };
         let rest = action.bytes().get(*sent..).unwrap_or_default();
-        let piece = rest.get(..PIECE_BYTES).unwrap_or(rest).to_vec();
+        let last = usize::from(action.is_data() && rest.len() > 1);
+        let piece = rest[..PIECE_BYTES.min(rest.len() - last)].to_vec();
         *sent += piece.len();
         let all_sent = *sent == action.bytes().len();
         self.occupy_wire(now_us, piece.len());
@@ -266,10 +270,11 @@ impl Master {
         }
     }
 
-    /// From when on an answer may come, if one is waited for.
+    /// From when on an answer may come, if one is waited for, or listened for.
     pub fn answer_from_us(&self) -> Option<u64> {
         let waits = match &self.state {
             State::Waiting { .. } => true,
+            State::Sending { action, sent } => action.is_last_of_data(*sent),
             State::Running(run) => run.waits(),
             _ => false,
         };
@@ -342,7 +347,7 @@ impl Master {
         match &self.state {
             State::Waiting { ask, .. } => {
                 let ask = ask.clone();
-                if self.is_early(now_us, ask.bytes.len()) {
+                if self.is_early(now_us) {
                     self.early(&ask, byte);
                 } else if byte == ask.unit.id {
                     self.quiet(now_us);
@@ -459,10 +464,15 @@ impl Master {
     /// A frame waits for the wire: its answer's time counts from then on. Within long ones one
     /// piece may wait while another is on the wire.
     fn send_from_us(&self) -> u64 {
-        let within = matches!(self.state, State::Sending { sent: 1.., .. });
         let piece_us = self.timing.byte_ns * PIECE_BYTES as u64 / 1000;
-        let ahead_us = if within { piece_us } else { 0 };
-        self.quiet_until_us.max(self.wire_free_us().saturating_sub(ahead_us))
+        let from_us = match &self.state {
+            State::Sending { action, sent } if action.is_last_of_data(*sent) => {
+                self.wire_free_us() + LISTEN_US
+            }
+            State::Sending { sent: 1.., .. } => self.wire_free_us().saturating_sub(piece_us),
+            _ => self.wire_free_us(),
+        };
+        self.quiet_until_us.max(from_us)
     }
 
     /// A node pauses from its answer's start bit on; part of that has passed on the wire (H10).
@@ -471,12 +481,10 @@ impl Master {
         self.quiet_until_us = now_us + rest_us;
     }
 
-    /// Before all bytes can have left the wire: its clock may be 3 % fast, and a pseudo-terminal
-    /// has no wire, so that the last two pieces arrive at once.
-    fn is_early(&self, now_us: u64, sent: usize) -> bool {
-        let ahead = sent.saturating_sub(2).min(2 * PIECE_BYTES);
-        let tolerance_us = self.timing.byte_us() * (2 + sent / 32 + ahead) as u64;
-        now_us + tolerance_us < self.wire_free_us()
+    /// Before all bytes can have left the wire. The last two may have come in no time: a
+    /// pseudo-terminal has no wire.
+    fn is_early(&self, now_us: u64) -> bool {
+        now_us + 2 * self.timing.byte_us() < self.wire_free_us()
     }
 
     /// Stops after a fault, with nothing more sent than the script still holds.

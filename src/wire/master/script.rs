@@ -70,6 +70,17 @@ impl Action {
         }
     }
 
+    /// Whether a node takes the bytes as its buffer.
+    pub(super) fn is_data(&self) -> bool {
+        let Action::Ask(ask) = self else { return false };
+        matches!(ask.question, Question::FillData { .. } | Question::Drain { .. })
+    }
+
+    /// Whether all but one byte of a node's buffer have been sent.
+    pub(super) fn is_last_of_data(&self, sent: usize) -> bool {
+        self.is_data() && sent > 0 && sent + 1 == self.bytes().len()
+    }
+
     /// Whether nothing of an exchange before it is open.
     pub(super) fn begins_exchange(&self) -> bool {
         match self {

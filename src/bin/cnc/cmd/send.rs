@@ -6,7 +6,6 @@ pub mod sim;
 
 use std::cell::RefCell;
 use std::path::PathBuf;
-use std::time::Duration;
 
 use anyhow::anyhow;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
@@ -176,12 +175,13 @@ fn simulate(
     let bus = &machine.bus;
     report.faults(&faults);
     let nodes = Nodes::new(machine, bus.units(), &job.start_steps, ANSWER_PAUSE_US);
+    let asked = faults.len();
     let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
     let mut link = Sim::new(nodes.with_faults(faults));
     let (job, ending) = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator);
     let nodes = link.nodes_mut();
     let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
-    report.struck(&struck);
+    report.struck(&struck, asked);
     let mut hazards = 0;
     while let Some(entry) = nodes.poll_log() {
         if let Some(hazard) = entry.hazard {
@@ -225,8 +225,7 @@ fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> O
              /sys/bus/usb-serial/devices/*/latency_timer"
         ));
     }
-    let reply_timeout = Duration::from_millis(machine.bus.reply_timeout_ms.into());
-    let mut link = Paced::new(port, speed, reply_timeout);
+    let mut link = Paced::new(port, speed);
     let (_, ending) = stream(&mut link, machine, job, speed, &mut operator);
     report.ending(&ending)
 }

@@ -80,7 +80,10 @@ impl Report<'_> {
     }
 
     /// What has become of that.
-    pub fn struck(&self, struck: &[Struck]) {
+    pub fn struck(&self, struck: &[Struck], asked: usize) {
+        if struck.len() < asked && !self.global.quiet {
+            say!("{} of {asked} faults struck before the job was over", struck.len());
+        }
         for Struck { at_us, fault, phase } in struck.iter().filter(|_| !self.global.quiet) {
             let (at_s, phase) = (*at_us as f64 * 1e-6, phase.name());
             say!("fault {fault} struck at {at_s:.6} s, in the phase {phase}");
