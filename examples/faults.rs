@@ -34,7 +34,14 @@ fn main() -> ExitCode {
         let verdict = rule::judge(&ran);
         if verdict.is_err() || seeds == 1 {
             let faults: Vec<_> = ran.faults.iter().map(ToString::to_string).collect();
-            writeln!(out, "seed {}: {verdict:?}, {}, {:#?}", ran.seed, faults.join("+"), ran.ending).ok();
+            writeln!(
+                out,
+                "seed {}: {verdict:?}, {}, {:#?}",
+                ran.seed,
+                faults.join("+"),
+                ran.ending
+            )
+            .ok();
             breaches += u64::from(verdict.is_err());
         }
         if seeds == 1 {

@@ -147,6 +147,8 @@ impl Link for Wire {
 /// What came of a job.
 struct Outcome {
     ending: Ending,
+    /// When it ended.
+    ended_us: u64,
     wire: Wire,
     executed: Vec<ExecutedTick>,
     hazards: Vec<String>,
@@ -173,13 +175,14 @@ fn run_on(
     let mut wire = Wire::new(sim, spoil);
     let mut master = Master::new(job, machine, Timing::new(&machine.bus, 1.0));
     let ending = drive(&mut wire, &mut master, &mut operator);
+    let ended_us = wire.now_us();
     wire.sim.drain();
     let mut hazards = Vec::new();
     while let Some(entry) = wire.sim.nodes_mut().poll_log() {
         hazards.extend(entry.hazard.map(|why| format!("{entry:?} {why}")));
     }
     let executed = wire.sim.nodes().executed();
-    Outcome { ending, wire, executed, hazards, operator }
+    Outcome { ending, ended_us, wire, executed, hazards, operator }
 }
 
 /// Every entry that a job has planned, pads included.
@@ -218,6 +221,10 @@ fn check(machine: &Machine, commands: Vec<Command>) -> Outcome {
             assert!(pair[1] - pair[0] >= u64::from(machine.bus.tick_us), "tick {tick}");
         }
     }
+    // The simulated clock counts whole microseconds: up to 4 an entry.
+    let (took_s, told_s) = (outcome.ended_us as f64 * 1e-6, job.duration_s(&machine.bus));
+    let rounding_s = 4e-6 * (entries * (1 + job.buffers().count())) as f64;
+    assert!((took_s - told_s).abs() <= rounding_s, "{took_s} s, told were {told_s} s");
     outcome
 }
 
@@ -541,7 +548,8 @@ fn a_host_held_up_before_a_write_keeps_the_distance() {
     let machine = starmill();
     let moves = [movement(0, 2, [1, 0, 0], 400), movement(0, 3, [0, 20, 0], 200)].concat();
     let job = Job::new(moves, start(), &machine).unwrap();
-    let sim = Sim::new(Nodes::new(&machine, [unit(Axis::X, 122), unit(Axis::Y, 123)], &start(), 250));
+    let sim =
+        Sim::new(Nodes::new(&machine, [unit(Axis::X, 122), unit(Axis::Y, 123)], &start(), 250));
     let mut wire = Wire { stall_us: 7000, ..Wire::new(sim, None) };
     let mut master = Master::new(job, &machine, Timing::new(&machine.bus, 1.0));
     let ending = drive(&mut wire, &mut master, &mut Quiet::default());

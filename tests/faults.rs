@@ -67,7 +67,12 @@ fn every_fault() -> Vec<FaultSpec> {
             for who in whos {
                 let places = BTreeSet::from([0, later]);
                 let phase = Some(phase);
-                faults.extend(places.iter().map(|at| FaultSpec { kind, who: *who, phase, number: *at }));
+                faults.extend(places.iter().map(|at| FaultSpec {
+                    kind,
+                    who: *who,
+                    phase,
+                    number: *at,
+                }));
             }
         }
     }
@@ -102,9 +107,9 @@ fn the_rule_holds_for_every_fault_at_every_phase() {
 
 /// Faults and where they strike, what the host may find, say of positions, and what nodes may do.
 fn expected() -> impl Iterator<Item = String> {
-    let faults = every_fault().into_iter().filter_map(|fault| {
-        Some(format!("{} at {}", fault.kind.name(), fault.phase?.name()))
-    });
+    let faults = every_fault()
+        .into_iter()
+        .filter_map(|fault| Some(format!("{} at {}", fault.kind.name(), fault.phase?.name())));
     let other = [
         "hazard: is deaf until it is switched off",
         "hazard: took another node's data for a command to move",

@@ -2,8 +2,9 @@
 
 use std::convert::Infallible;
 
+use cnc::base::machine::Rapid;
 use cnc::base::{Axis, Command, Machine, Plane, Point, Tick};
-use cnc::interp::{Bound, Move, MoveKind};
+use cnc::interp::{Motion, Move, MoveKind};
 use cnc::path::{self, PathItem, Segment};
 use cnc::plan::{self, Feed, Planned};
 use cnc::step;
@@ -32,7 +33,7 @@ fn legs() -> impl Strategy<Value = Vec<Leg>> {
 /// The legs as segments from the machine's work zero on.
 fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
     let mut at = machine.work_zero_mm;
-    let mut segments = Vec::new();
+    let mut motions = Vec::new();
     for (i, leg) in legs.iter().enumerate() {
         let mut to = at;
         for (axis, by_mm) in Axis::LINEAR.into_iter().zip(leg.by_mm) {
@@ -48,19 +49,17 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
                 MoveKind::Arc { feed_mm_min, plane, center_mm, ccw, turns }
             }
         };
+        let (corner, bound) = Default::default();
         let line = i as u32 + 1;
-        let corner = Default::default();
-        segments.extend(path::segment(&Move {
-            line,
-            n: None,
-            from: at,
-            to,
-            kind,
-            corner,
-            bound: Bound::Free,
-        }));
+        motions.push(Ok(Motion::Move(Move { line, n: None, from: at, to, kind, corner, bound })));
         at = to;
     }
+    let items = path::segments::<Infallible>(motions.into_iter(), machine);
+    let segment = |item| match item {
+        Ok(PathItem::Segment(segment)) => segment,
+        other => unreachable!("{other:?}"),
+    };
+    let mut segments: Vec<Segment> = items.map(segment).collect();
     segments.retain(|segment| segment.length_mm() > 0.0);
     segments
 }
@@ -157,6 +156,20 @@ proptest! {
         let feed = [Feed::LookAhead, Feed::ExactStop, Feed::Constant][feed as usize];
         for name in ["starmill", "router", "ideal"] {
             check(&legs, &load(name), feed)?;
+        }
+    }
+
+    /// The same where every axis makes its rapids on its own, and no two are alike.
+    #[test]
+    fn independent_rapids_keep_every_limit(legs in legs()) {
+        for name in ["starmill", "router"] {
+            let mut machine = load(name);
+            machine.rapid = Rapid::Independent;
+            machine.axes[1].speed_max_mm_s *= 0.7;
+            machine.axes[2].accel_max_mm_s2 *= 0.3;
+            let rapids = legs.iter().map(|leg| Leg { feed_mm_min: None, ..*leg });
+            check(&rapids.collect::<Vec<_>>(), &machine, Feed::LookAhead)?;
+            check(&legs, &machine, Feed::LookAhead)?;
         }
     }
 

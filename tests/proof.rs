@@ -203,10 +203,10 @@ fn a_proof_says_what_it_looked_at() {
 }
 
 fn masters(choice: &str, peaks: &[[i32; 3]]) -> Vec<Option<Axis>> {
-    let text = Machine::load("starmill").unwrap().to_toml().replace(
-        "master = \"auto\"",
-        &format!("metronome_id = 127\nmaster = \"{choice}\""),
-    );
+    let text = Machine::load("starmill")
+        .unwrap()
+        .to_toml()
+        .replace("master = \"auto\"", &format!("metronome_id = 127\nmaster = \"{choice}\""));
     let machine = Machine::parse("changed", &text).unwrap();
     let commands = (0..).zip(peaks).flat_map(|(buffer, peak)| {
         (0..6).map(move |at| {

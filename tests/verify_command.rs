@@ -60,7 +60,7 @@ fn dump(machine: &str, encoding: Encoding) -> Vec<u8> {
     let options = interp::Options::default();
     let checked = interp::check(&source, &machine, &options, 10).unwrap();
     assert_eq!(checked.diagnostics, []);
-    let segments = path::segments(interp::motions(&source, &machine, &options));
+    let segments = path::segments(interp::motions(&source, &machine, &options), &machine);
     let start_mm = machine.work_zero_mm;
     let plan = plan::plan(segments, &machine, Feed::ExactStop, Seams::NONE, start_mm);
     let header = Header {

@@ -8,6 +8,7 @@ mod canonical;
 mod error;
 mod file;
 mod keys;
+mod timing;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -18,6 +19,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 pub use self::error::ProfileError;
+pub use self::timing::{ANSWER_PAUSE_US, BufferTime, LISTEN_US, SPI_US};
 use crate::base::{Axis, AxisMap, Point};
 
 /// The profile used when none is named.
@@ -188,15 +190,6 @@ pub const TICK_MARGIN_US: u32 = 280;
 /// Most steps a tick whose byte is never taken for an ID on the bus (H1).
 pub const COUNT_MAX_SAFE: u32 = 119;
 
-/// Bytes on the wire for filling a node beside its buffer's entries: command and two answers.
-const FILL_EXTRA_BYTES: u32 = 4;
-/// Bytes on the wire for a tick: sync byte and answer.
-const TICK_BYTES: u32 = 2;
-/// How long a node takes over a tick without steps (seed 004, appendix C).
-const ZERO_TICK_S: f64 = 26e-6;
-/// Bits on the wire for a byte: start, eight, stop.
-const BITS_A_BYTE: u32 = 10;
-
 impl Bus {
     /// The host's period in seconds.
     pub fn tick_s(&self) -> f64 {
@@ -214,21 +207,6 @@ impl Bus {
     /// where there are no buffers.
     pub fn motion_ticks_max(&self) -> Option<u32> {
         (self.protocol == Protocol::Buffered).then(|| self.buffer_ticks.saturating_sub(PADS_MIN))
-    }
-
-    /// Time of filling so many nodes, one after the other.
-    pub fn fill_s(&self, nodes: usize) -> f64 {
-        nodes as f64 * self.wire_s(self.buffer_ticks + FILL_EXTRA_BYTES)
-    }
-
-    /// Time of a zero entry at the end of a buffer, as fast as answers come.
-    pub fn pad_s(&self) -> f64 {
-        self.wire_s(TICK_BYTES) + ZERO_TICK_S
-    }
-
-    /// Time of bytes on the wire.
-    fn wire_s(&self, bytes: u32) -> f64 {
-        f64::from(bytes * BITS_A_BYTE) / f64::from(self.baud)
     }
 
     /// What stands for a bus that the profile does not tell of; such a profile is refused.

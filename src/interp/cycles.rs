@@ -275,8 +275,17 @@ impl Drilling<'_, '_, '_> {
         self.out.event(EventKind::M { code, spindle_rpm, tool: None });
     }
 
-    /// A hole; begins and ends above it, at `at`.
+    /// A hole; begins and ends above it, at `at`. A tap goes as the spindle turns, whatever the
+    /// operator makes of feeds.
     fn hole(&mut self, cycle: Cycle, hole: &Hole, at: &mut Point) {
+        let is_tap = matches!(cycle, Cycle::Tap | Cycle::TapLeft);
+        let allowed = self.executor.overrides.feed;
+        self.executor.overrides.feed &= !is_tap;
+        self.drill(cycle, hole, at);
+        self.executor.overrides.feed = allowed;
+    }
+
+    fn drill(&mut self, cycle: Cycle, hole: &Hole, at: &mut Point) {
         const FEED: MoveKind = MoveKind::Line { feed_mm_min: 0.0 };
         let (across, bottom_mm, clear_mm) = (hole.across, hole.bottom_mm, hole.clear_mm);
         let turning = self.executor.turning;

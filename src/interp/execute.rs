@@ -78,6 +78,8 @@ pub(super) struct Executor<'a> {
     pub(super) turning: Turning,
     pub(super) coolant: Coolant,
     pub(super) overrides: Overrides,
+    /// What the operator makes of a feed, as its multiple.
+    pub(super) feed_override: f64,
     /// The tool that T has named, and the one that M6 has put into the spindle.
     pub(super) tool: Option<u32>,
     pub(super) loaded: Option<u32>,
@@ -195,6 +197,7 @@ impl<'a> Executor<'a> {
             turning: Turning::Stopped,
             coolant: Coolant::default(),
             overrides: Overrides::default(),
+            feed_override: options.feed_override_percent.unwrap_or(100.0) / 100.0,
             tool: None,
             loaded: None,
             tools: options.tools.clone(),

@@ -2,6 +2,8 @@
 //!
 //! A move always carries mm (of rotary axes alone: degrees) a minute. G95 takes the spindle's speed
 //! as it was commanded, of G96 that at the greater diameter of the move; G93 divides the length of the move by its time.
+//! The operator's override scales it, except under M49 and where the feed follows the spindle
+//! (threads, taps).
 
 use crate::base::{Axis, EventKind, Point};
 use crate::gcode::codes::{FREE_LETTERS, Op};
@@ -259,6 +261,11 @@ impl Executor<'_> {
         faults.push(fault.help("write G97 and S in turns a minute, or a feed a minute"));
     }
 
+    /// What the operator makes of a feed here, as its multiple.
+    pub(super) fn feed_scale(&self) -> f64 {
+        if self.overrides.feed { self.feed_override } else { 1.0 }
+    }
+
     /// Gives a move its speed; the feed is known.
     pub(super) fn apply_feed(&self, step: &mut Move, turns_only: bool) {
         let Some(feed) = self.feed else { return };
@@ -269,11 +276,12 @@ impl Executor<'_> {
         | MoveKind::Spline { feed_mm_min, .. } = &mut step.kind
         {
             let value = if turns_only { feed.deg } else { feed.mm };
-            *feed_mm_min = match self.feed_mode {
+            let asked_mm_min = match self.feed_mode {
                 FeedMode::PerMinute => value,
                 FeedMode::PerTurn => value * self.turns_of(&step.from, &step.to),
                 FeedMode::InverseTime => value * way,
             };
+            *feed_mm_min = asked_mm_min * self.feed_scale();
         }
     }
 }

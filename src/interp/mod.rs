@@ -104,6 +104,9 @@ impl Dialect {
 pub struct Options {
     /// Where the job starts, in machine coordinates; none: at the machine's work zero.
     pub start_mm: Option<Point>,
+    /// What the operator makes of the feeds, in percent, where the program lets him (M48, M50);
+    /// none: 100.
+    pub feed_override_percent: Option<f64>,
     /// Whether to pass over the machine's travel limits.
     pub ignore_travel: bool,
     /// Whose meaning is taken where meanings clash.

@@ -1,8 +1,9 @@
 //! 3 Motion → Segment: the exact curve that a program means, in closed form.
 //!
-//! Arcs, helices and splines stay what they are; nothing is chopped into chords. Moves that go nowhere are
-//! left out. This stage knows no speed but the feed asked for, no steps and no ticks.
+//! Arcs, helices and splines stay what they are; nothing is chopped into chords. Rapids are straight, or
+//! doglegs where the machine moves its axes independently. Moves that go nowhere are left out. This stage knows no speed but the feed asked for, no steps and no ticks.
 
+mod dogleg;
 mod rates;
 mod segment;
 mod spline;
@@ -15,20 +16,37 @@ pub use crate::interp::Corner;
 
 use std::sync::Arc as Shared;
 
+use crate::base::Machine;
+use crate::base::machine::Rapid;
 use crate::interp::{FULL_CIRCLE_MM, Motion, Move, MoveKind};
 
-/// Turns motion into path, item by item; errors of the source pass through.
+/// Turns motion into the path that it is on a machine, item by item; errors of the source pass through.
 pub fn segments<E>(
     motions: impl Iterator<Item = Result<Motion, E>>,
+    machine: &Machine,
 ) -> impl Iterator<Item = Result<PathItem, E>> {
-    motions.filter_map(|motion| match motion {
+    let is_independent = machine.rapid == Rapid::Independent;
+    motions.filter_map(move |motion| match motion {
         Ok(Motion::Event(event)) => Some(Ok(PathItem::Event(event))),
+        Ok(Motion::Move(step)) if is_independent && step.kind == MoveKind::Rapid => {
+            rapid(&step, machine).map(|segment| Ok(PathItem::Segment(segment)))
+        }
         Ok(Motion::Move(step)) => segment(&step).map(|segment| Ok(PathItem::Segment(segment))),
         Err(error) => Some(Err(error)),
     })
 }
 
-/// The curve of a move; none for a move that goes nowhere.
+/// A rapid with every axis on its own.
+fn rapid(step: &Move, machine: &Machine) -> Option<Segment> {
+    let dogleg = dogleg::dogleg(&step.from, &step.to, machine);
+    let segment = segment(step)?;
+    Some(match dogleg.as_ref().and_then(MeasuredSpline::new) {
+        Some(spline) => Segment { curve: Curve::Spline(Shared::new(spline)), ..segment },
+        None => segment,
+    })
+}
+
+/// The curve of a move, a rapid's being straight; none for a move that goes nowhere.
 pub fn segment(step: &Move) -> Option<Segment> {
     let curve = match &step.kind {
         MoveKind::Rapid | MoveKind::Line { .. } if step.from == step.to => return None,

@@ -21,8 +21,12 @@ pub enum Bound {
     Corner(Axis),
     /// The chord that a tick makes of corners.
     Tick,
-    /// A stop.
+    /// A stop that the program asks for, or that a turn back takes.
     Stop,
+    /// The acceleration along the path: from the speed before, or to the speed after.
+    Acceleration,
+    /// The end of a node buffer.
+    Seam,
 }
 
 impl fmt::Display for Bound {
@@ -36,6 +40,8 @@ impl fmt::Display for Bound {
             Bound::Corner(axis) => write!(f, "speed step of {axis} in corners"),
             Bound::Tick => write!(f, "chord of a tick in corners"),
             Bound::Stop => write!(f, "stop"),
+            Bound::Acceleration => write!(f, "acceleration"),
+            Bound::Seam => write!(f, "seam"),
         }
     }
 }

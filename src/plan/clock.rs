@@ -36,6 +36,11 @@ impl Moment {
         boundary as f64 - self.tick as f64 - self.share
     }
 
+    /// Ticks from this moment to a later one.
+    pub fn ticks_to(self, later: Moment) -> f64 {
+        (later.tick - self.tick) as f64 + (later.share - self.share)
+    }
+
     /// The moment of a boundary.
     pub fn at(boundary: u64) -> Moment {
         Moment { tick: boundary, share: 0.0 }

@@ -49,8 +49,12 @@ pub enum Decided {
     Piece {
         /// The piece.
         piece: Piece,
+        /// How it begins where the piece before ends.
+        junction: Junction,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
+        /// It begins or ends with a stop that only a seam asks for.
+        at_seam: bool,
     },
     /// Something that happens at rest.
     Event(Event),
@@ -77,6 +81,8 @@ pub struct LookAhead<'a> {
     queue: VecDeque<Queued>,
     /// Square of the speed at the start of the queue.
     start_sq: f64,
+    /// The item given out last was a seam where motion would not rest.
+    is_at_seam: bool,
     /// So many items of the queue are decided.
     decided: usize,
     /// Items that the queue holds before the passes run again.
@@ -106,12 +112,17 @@ impl Decided {
         match item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, .. } => {
+            Ahead::Piece { piece, junction } => {
                 let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
-                Decided::Piece { piece, ends_mm_s }
+                Decided::Piece { piece, junction, ends_mm_s, at_seam: false }
             }
         }
     }
+}
+
+/// Whether it is a seam where motion would not rest.
+fn is_own_stop(item: &Ahead) -> bool {
+    matches!(item, Ahead::Seam(SeamKind::Rapid | SeamKind::Cut))
 }
 
 impl<'a> LookAhead<'a> {
@@ -124,6 +135,7 @@ impl<'a> LookAhead<'a> {
             tolerance_mm: machine.path_tolerance_mm,
             queue: VecDeque::new(),
             start_sq: 0.0,
+            is_at_seam: false,
             decided: 0,
             enough: ITEMS_MIN,
         }
@@ -172,14 +184,17 @@ impl<'a> LookAhead<'a> {
         if !self.has_ramps {
             return Some(Decided::at_once(front.item));
         }
-        let exit_sq = self.queue.front().map_or(0.0, |next| next.entry_sq);
+        let next = self.queue.front();
+        let exit_sq = next.map_or(0.0, |next| next.entry_sq);
+        let begins_at_seam = std::mem::replace(&mut self.is_at_seam, is_own_stop(&front.item));
+        let at_seam = begins_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
         self.start_sq = exit_sq;
         Some(match front.item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, .. } => {
+            Ahead::Piece { piece, junction } => {
                 let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
-                Decided::Piece { piece, ends_mm_s }
+                Decided::Piece { piece, junction, ends_mm_s, at_seam }
             }
         })
     }

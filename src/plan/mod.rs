@@ -3,18 +3,25 @@
 //! Every piece of the path gets its speed over time, on one continuous time axis; a tick does not
 //! begin anew at each block. The passes, each in its file:
 //!
-//! 1. [`piece`]: segments cut so short that one acceleration does for a piece, and how fast axes,
+//! 1. [`blend`]: corners under G64 rounded within their tolerance;
+//! 2. [`piece`]: segments cut so short that one acceleration does for a piece, and how fast axes,
 //!    bus and tick let it go;
-//! 2. [`junction`]: how fast the path may be where segments meet;
-//! 3. [`lookahead`]: the greatest speeds within all that, over the whole program;
-//! 4. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
-//! 5. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
+//! 3. [`junction`]: how fast the path may be where segments meet;
+//! 4. [`lookahead`]: the greatest speeds within all that, over the whole program;
+//! 5. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
+//! 6. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
+//!
+//! [`explain`] tells why each block is as fast as it is, [`survey`] what each seam costs.
 //!
 //! This stage knows no steps: it never rounds a position.
 
+mod blend;
 mod bound;
 mod clock;
 mod corner;
+mod cost;
+mod decisions;
+mod explain;
 mod junction;
 mod lookahead;
 mod piece;
@@ -23,12 +30,15 @@ mod ramp;
 mod schedule;
 mod seams;
 mod source;
+mod survey;
 
 pub use bound::Bound;
 pub use clock::Moment;
+pub use explain::{BlockSpeed, Explainer, explain};
 pub use ramp::Ramp;
 pub use schedule::Planner;
 pub use seams::{Seam, SeamKind, Seams, place};
+pub use survey::{NextBest, SeamCost, SeamReport, survey};
 
 use std::sync::Arc;
 

@@ -35,6 +35,9 @@ const PIECES_A_BUFFER: f64 = 64.0;
 /// Keeps a count below its limit whatever the rounding of positions does, in steps.
 const COUNT_MARGIN: f64 = 1e-6;
 
+/// Squares of speeds that differ by less than this share are those of the same speed.
+pub const SPEEDS_EQUAL: f64 = 1e-9;
+
 /// A piece of a segment, to be run with one change of speed.
 #[derive(Clone, Debug)]
 pub struct Piece {
@@ -46,8 +49,8 @@ pub struct Piece {
     pub length_mm: f64,
     /// Squares of the greatest speeds at its start and end; between them they change evenly.
     pub ends_sq_max: [f64; 2],
-    /// What sets that speed.
-    pub bound: Bound,
+    /// What sets these speeds.
+    pub bounds: [Bound; 2],
     grip: Grip,
 }
 
@@ -275,7 +278,7 @@ impl Piece {
             shares,
             length_mm,
             ends_sq_max: [feed_mm_s * feed_mm_s; 2],
-            bound: Bound::Feed,
+            bounds: [Bound::Feed; 2],
             grip: Grip::Straight { accel_mm_s2: f64::INFINITY },
         }
     }
@@ -321,10 +324,10 @@ impl Piece {
     }
 
     fn hold_ends(&mut self, ends_sq: [f64; 2], bound: Bound) {
-        for (own, limit) in self.ends_sq_max.iter_mut().zip(ends_sq) {
-            if limit < *own {
-                *own = limit;
-                self.bound = bound;
+        for (end, limit) in ends_sq.into_iter().enumerate() {
+            if limit < self.ends_sq_max[end] {
+                self.ends_sq_max[end] = limit;
+                self.bounds[end] = bound;
             }
         }
     }
@@ -366,6 +369,23 @@ impl Piece {
                 accel_mm_s2.max(0.5 * self.exit_sq_max(0.0) / self.length_mm)
             }
         }
+    }
+
+    /// What sets its greatest speed where it is run by a ramp between these speeds.
+    pub fn bound(&self, ends_mm_s: [f64; 2], ramp: &Ramp) -> Bound {
+        let is_reached = |speed_mm_s: f64, limit_sq: f64| {
+            speed_mm_s * speed_mm_s >= limit_sq * (1.0 - SPEEDS_EQUAL)
+        };
+        let is_at_limit = |end: &usize| is_reached(ends_mm_s[*end], self.ends_sq_max[*end]);
+        let ends = if ends_mm_s[1] > ends_mm_s[0] { [1, 0] } else { [0, 1] };
+        if let Some(end) = ends.into_iter().find(is_at_limit) {
+            return self.bounds[end];
+        }
+        let slow = usize::from(self.ends_sq_max[1] < self.ends_sq_max[0]);
+        let is_below = |speed_mm_s: f64| speed_mm_s * speed_mm_s <= self.speed_sq_max();
+        let cruises = ends_mm_s.into_iter().all(is_below)
+            && is_reached(ramp.peak_mm_s(), self.speed_sq_max());
+        if cruises { self.bounds[slow] } else { Bound::Acceleration }
     }
 
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one

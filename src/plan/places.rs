@@ -23,8 +23,8 @@ use super::piece::Piece;
 use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
 
-/// Ends of blocks within a cut that lie closer behind another place are left out: at 4 ticks a
-/// buffer has still 374 places to choose from.
+/// Places that lie closer behind another that is as good are left out, but for those where motion
+/// rests: at 4 ticks a buffer has still 374 to choose from.
 const APART_TICKS: f64 = 4.0;
 
 /// Blocks that take less than this share of a buffer have no place inside.
@@ -37,6 +37,8 @@ pub struct Place {
     pub segment: u64,
     /// Where on the segment, as a share of its way.
     pub share: f64,
+    /// Line of the NC program that the segment belongs to.
+    pub line: u32,
     /// What a stop there interrupts.
     pub kind: SeamKind,
     /// It lies inside a block.
@@ -52,11 +54,11 @@ pub struct Place {
     /// Axes that move between the place before and it.
     pub moving: AxisSet,
     /// Stretches between events up to it: each begins on a tick's boundary.
-    stretch: u64,
+    pub stretch: u64,
     /// Stops up to it that may wait for a tick's boundary.
-    waits: u64,
+    pub waits: u64,
     /// Square of the speed that is reached from rest there, until it is that of the plan.
-    catching_up_sq: Option<f64>,
+    pub catching_up_sq: Option<f64>,
 }
 
 impl Place {
@@ -65,6 +67,7 @@ impl Place {
         Place {
             segment: 0,
             share: 0.0,
+            line: 0,
             kind: SeamKind::Rest,
             is_inside: false,
             is_forced: true,
@@ -100,12 +103,14 @@ pub struct Places {
     /// Places in order, waiting for what speeding up again takes.
     places: VecDeque<Place>,
     at_ticks: f64,
-    last_at_ticks: f64,
+    /// Where the last place of each rank lies, the best rank first.
+    last_at_ticks: [f64; 4],
     stretch: u64,
     waits: u64,
     moving: AxisSet,
     /// Segments passed, and whether one is under way.
     segment: u64,
+    line: u32,
     ended: Option<EndedBlock>,
     finished: bool,
 }
@@ -137,11 +142,12 @@ impl Places {
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
-            last_at_ticks: 0.0,
+            last_at_ticks: [0.0, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
             stretch: 0,
             waits: 0,
             moving: AxisSet::EMPTY,
             segment: 0,
+            line: 0,
             ended: None,
             finished: false,
         }
@@ -165,7 +171,7 @@ impl Places {
                     _ => {}
                 }
             }
-            Decided::Piece { piece, ends_mm_s } => {
+            Decided::Piece { piece, ends_mm_s, .. } => {
                 if piece.shares[0] == 0.0 {
                     self.end_block(piece.segment.feed_mm_s.is_none());
                 }
@@ -198,6 +204,7 @@ impl Places {
         let ends_sq = ends_mm_s.map(|speed| speed * speed);
         let ticks = piece.ramp(ends_mm_s).duration_s() / self.tick_s;
         self.catch_up(&piece, ends_sq, ticks);
+        self.line = piece.segment.line;
         self.at_ticks += ticks;
         self.moving = self.moving.union(moving(&piece.segment));
         let (is_end, rests) = (piece.shares[1] == 1.0, ends_sq[1] == 0.0);
@@ -235,17 +242,24 @@ impl Places {
         if stops && self.may_wait() {
             self.waits += 1;
         }
-        if !rests && self.at_ticks < self.last_at_ticks + APART_TICKS {
+        let rank = match kind {
+            SeamKind::Rest => 0,
+            SeamKind::Rapid => 1,
+            SeamKind::Cut => 2 + usize::from(is_inside),
+        };
+        let last_at_ticks = self.last_at_ticks[..=rank].iter().fold(0.0, |a: f64, b| a.max(*b));
+        if !rests && self.at_ticks < last_at_ticks + APART_TICKS {
             return;
         }
         let before_ticks = if stops { 0.0 } else { self.braking_ticks() };
         if stops {
             self.behind.clear();
         }
-        self.last_at_ticks = self.at_ticks;
+        self.last_at_ticks[rank] = self.at_ticks;
         self.places.push_back(Place {
             segment: self.segment,
             share,
+            line: self.line,
             kind,
             is_inside,
             is_forced: false,

@@ -74,6 +74,14 @@ impl Ramp {
         self.duration_s
     }
 
+    /// The greatest speed on it.
+    pub fn peak_mm_s(&self) -> f64 {
+        let end = |leg: &Leg, end_s: f64| leg.speed_mm_s + leg.accel_mm_s2 * (end_s - leg.start_s);
+        let legs = self.legs.iter().filter(|leg| leg.start_s <= self.duration_s);
+        let starts = legs.clone().map(|leg| leg.speed_mm_s);
+        legs.last().map_or(0.0, |leg| starts.fold(end(leg, self.duration_s), f64::max))
+    }
+
     /// The length it covers.
     pub fn length_mm(&self) -> f64 {
         self.length_mm

@@ -7,35 +7,32 @@ use crate::base::{Event, Machine, Point};
 use crate::path::PathItem;
 
 use super::corner::CornerGuard;
-use super::lookahead::{Decided, LookAhead};
+use super::decisions::Decisions;
+use super::lookahead::Decided;
 use super::piece::Piece;
-use super::source::Cutter;
-use super::{Feed, Moment, Planned, Profile, Seams};
+use super::{Bound, Feed, Moment, Planned, Profile, Seams};
 
 /// See [`super::plan`].
 #[derive(Debug)]
 pub struct Planner<'a, I> {
-    path: I,
-    cutter: Cutter<'a>,
-    ahead: LookAhead<'a>,
+    decisions: Decisions<'a, I>,
     schedule: Schedule,
-    ended: bool,
 }
 
 impl<'a, I> Planner<'a, I> {
-    pub(super) fn new(
+    pub(super) fn new<E>(
         path: I,
         machine: &'a Machine,
         feed: Feed,
         seams: &'a Seams,
         start_mm: Point,
-    ) -> Planner<'a, I> {
+    ) -> Planner<'a, I>
+    where
+        I: Iterator<Item = Result<PathItem, E>>,
+    {
         Planner {
-            path,
-            cutter: Cutter::new(machine, feed, seams),
-            ahead: LookAhead::new(machine, feed),
+            decisions: Decisions::new(path, machine, feed, seams),
             schedule: Schedule::new(machine, feed, start_mm),
-            ended: false,
         }
     }
 }
@@ -44,26 +41,8 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
     type Item = Result<Planned, E>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            if let Some(decided) = self.ahead.pop() {
-                return Some(Ok(self.schedule.take(decided)));
-            }
-            if let Some(item) = self.cutter.pop() {
-                self.ahead.push(item);
-                continue;
-            }
-            if self.ended {
-                return None;
-            }
-            match self.path.next() {
-                Some(Ok(item)) => self.cutter.push(item),
-                Some(Err(error)) => return Some(Err(error)),
-                None => {
-                    self.ended = true;
-                    self.ahead.finish();
-                }
-            }
-        }
+        let decided = self.decisions.next()?;
+        Some(decided.map(|decided| self.schedule.take(decided)))
     }
 }
 
@@ -103,7 +82,9 @@ impl Schedule {
                 self.start_buffer();
                 Planned::Seam(kind)
             }
-            Decided::Piece { piece, ends_mm_s } => self.piece(&piece, ends_mm_s),
+            Decided::Piece { piece, ends_mm_s, at_seam, .. } => {
+                self.piece(&piece, ends_mm_s, at_seam)
+            }
         }
     }
 
@@ -117,8 +98,11 @@ impl Schedule {
         Planned::Event(event)
     }
 
-    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2]) -> Planned {
+    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2], at_seam: bool) -> Planned {
         let mut profile = self.profile(piece, ends_mm_s);
+        if at_seam && profile.bound == Bound::Acceleration {
+            profile.bound = Bound::Seam;
+        }
         let has_to_wait = if self.has_ramps {
             ends_mm_s[0] == 0.0 && !self.guard.allows_within(self.way_left_mm())
         } else {
@@ -126,7 +110,8 @@ impl Schedule {
         };
         if has_to_wait {
             self.wait_for_boundary();
-            profile = self.profile(piece, ends_mm_s);
+            let bound = profile.bound;
+            profile = Profile { bound, ..self.profile(piece, ends_mm_s) };
         }
         self.advance(&profile);
         Planned::Profile(Box::new(profile))
@@ -141,7 +126,7 @@ impl Schedule {
             start: self.now,
             end: self.now.after(ramp.duration_s() / self.tick_s),
             buffer: self.buffer,
-            bound: piece.bound,
+            bound: piece.bound(ends_mm_s, &ramp),
         }
     }
 

@@ -17,19 +17,18 @@
 use std::collections::VecDeque;
 
 use crate::base::Machine;
-use crate::base::machine::Bus;
 use crate::path::PathItem;
 
 use super::Feed;
-use super::lookahead::LookAhead;
+use super::cost::Cost;
+use super::decisions::Decisions;
 use super::places::{Place, Places};
-use super::source::Cutter;
 
 /// Buffers that may stay open before the cheapest way so far is taken.
 const OPEN_BUFFERS_MAX: usize = 64;
 
-/// What a place inside a block costs, so that it is taken only if there is nothing else.
-const INSIDE_PENALTY_S: f64 = 1e6;
+/// Costs that differ by less are the same, but for rounding.
+const TIE_S: f64 = 1e-7;
 
 /// The places where node buffers end, in the order of the path.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -84,6 +83,14 @@ impl Seams {
     }
 }
 
+/// Seams in the order of the path, each at the end of a segment or of a piece that long segments are
+/// cut into; others are passed over.
+impl FromIterator<Seam> for Seams {
+    fn from_iter<I: IntoIterator<Item = Seam>>(seams: I) -> Seams {
+        Seams(seams.into_iter().collect())
+    }
+}
+
 /// Finds the seams of a path. On a machine without node buffers there are none.
 ///
 /// # Errors
@@ -94,25 +101,13 @@ pub fn place<E>(
     feed: Feed,
 ) -> Result<Seams, E> {
     let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(Seams::default()) };
-    let mut cutter = Cutter::new(machine, feed, Seams::NONE);
-    let mut ahead = LookAhead::new(machine, feed);
     let mut places = Places::new(machine, feed);
     let mut choice = Choice::new(machine, f64::from(ticks_max));
-    for item in path {
-        cutter.push(item?);
-        while let Some(item) = cutter.pop() {
-            ahead.push(item);
-            while let Some(decided) = ahead.pop() {
-                places.push(decided);
-            }
-            while let Some(place) = places.pop() {
-                choice.push(place);
-            }
+    for decided in Decisions::new(path, machine, feed, Seams::NONE) {
+        places.push(decided?);
+        while let Some(place) = places.pop() {
+            choice.push(place);
         }
-    }
-    ahead.finish();
-    while let Some(decided) = ahead.pop() {
-        places.push(decided);
     }
     places.finish();
     while let Some(place) = places.pop() {
@@ -124,10 +119,7 @@ pub fn place<E>(
 /// Chooses among places.
 #[derive(Debug)]
 struct Choice {
-    bus: Bus,
-    tick_s: f64,
-    cut_penalty_s: f64,
-    ticks_max: f64,
+    cost: Cost,
     /// Places from the last decided one on.
     open: VecDeque<Open>,
     /// Number of the first open place.
@@ -152,10 +144,7 @@ impl Choice {
     fn new(machine: &Machine, ticks_max: f64) -> Choice {
         let start = Open { place: Place::start(), cost_s: 0.0, buffers: 0, from: 0 };
         Choice {
-            bus: machine.bus.clone(),
-            tick_s: machine.bus.tick_s(),
-            cut_penalty_s: machine.seam_in_cut_penalty_s,
-            ticks_max,
+            cost: Cost::new(machine, ticks_max),
             open: VecDeque::from([start]),
             first: 0,
             forced: 0,
@@ -166,29 +155,29 @@ impl Choice {
     /// Takes the next place: the cheapest buffer that ends there.
     fn push(&mut self, place: Place) {
         let number = self.first + self.open.len();
-        let place_s = self.place_s(&place);
+        let place_s = self.cost.place_s(&place);
         let mut best: Option<(f64, usize)> = None;
         let mut moving = place.moving;
-        for from in (self.forced.max(self.first)..number).rev() {
-            let start = &self.open[from - self.first];
-            let ticks = start.place.ticks_to(&place);
-            // Ramps are long against nothing but other ramps: without them a way too long for a
-            // buffer is so from everywhere before, too.
-            if place.at_ticks - start.place.at_ticks > self.ticks_max {
+        let mut fill_s = self.cost.fill_s(moving);
+        let earliest = self.forced.max(self.first);
+        for (from, start) in (earliest..number).zip(self.open.range(earliest - self.first..)).rev()
+        {
+            if !self.cost.reaches(&start.place, &place) {
                 break;
             }
-            if ticks <= self.ticks_max {
-                let pads = f64::from(self.bus.buffer_ticks) - ticks;
-                let refill_s = self.bus.fill_s(moving.len()) + pads * self.bus.pad_s();
-                let cost_s = start.cost_s + refill_s + place_s;
-                if best.is_none_or(|(least_s, _)| cost_s < least_s) {
+            if let Some(pads_s) = self.cost.pads_s(&start.place, &place) {
+                let cost_s = start.cost_s + fill_s + pads_s + place_s;
+                if best.is_none_or(|(least_s, _)| cost_s < least_s - TIE_S) {
                     best = Some((cost_s, from));
                 }
             }
-            moving = moving.union(start.place.moving);
+            let all = moving.union(start.place.moving);
+            if all != moving {
+                (moving, fill_s) = (all, self.cost.fill_s(all));
+            }
         }
         // Where a place cannot be reached with one buffer it is no place.
-        let (cost_s, from) = best.unwrap_or((f64::INFINITY, self.forced.max(self.first)));
+        let (cost_s, from) = best.unwrap_or((f64::INFINITY, earliest));
         let buffers = self.open[from - self.first].buffers + 1;
         if place.is_forced {
             self.forced = number;
@@ -199,23 +188,12 @@ impl Choice {
         }
     }
 
-    /// What a stop costs by where it is.
-    fn place_s(&self, place: &Place) -> f64 {
-        let ramps_s = (place.before_ticks + place.after_ticks) * self.tick_s;
-        let penalty_s = match (place.kind, place.is_inside) {
-            (SeamKind::Cut, true) => self.cut_penalty_s + INSIDE_PENALTY_S,
-            (SeamKind::Cut, false) => self.cut_penalty_s,
-            (SeamKind::Rest | SeamKind::Rapid, _) => 0.0,
-        };
-        ramps_s + penalty_s
-    }
-
     /// Gives out the seams that every cheapest way to the places of the last buffer shares.
     fn decide(&mut self) {
         let last = self.first + self.open.len() - 1;
         let reach = |from: usize| {
-            let open = &self.open[from - self.first].place;
-            self.open[last - self.first].place.at_ticks - open.at_ticks <= self.ticks_max
+            let place = |n: usize| &self.open[n - self.first].place;
+            self.cost.reaches(place(from), place(last))
         };
         let mut oldest = last;
         while oldest > self.first && reach(oldest - 1) {
@@ -288,3 +266,6 @@ impl Choice {
         Seams(self.seams)
     }
 }
+
+#[cfg(test)]
+mod tests;

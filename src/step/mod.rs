@@ -12,8 +12,10 @@
 
 mod summary;
 pub mod thesis;
+mod times;
 
 pub use summary::{Seam, Summary};
+pub use times::{BlockTime, Phases, Times};
 
 use std::iter::Fuse;
 

@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::base::machine::Bus;
-use crate::base::{AxisMap, Command, EventKind, Machine, Tick};
+use crate::base::machine::{BufferTime, Bus};
+use crate::base::{Axis, AxisMap, AxisSet, Command, EventKind, Machine, Tick};
 use crate::plan::{Bound, Planned, Profile, SeamKind};
+
+use super::Times;
 
 /// Collects the figures of a job while its plan and its commands pass by.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +23,8 @@ pub struct Summary {
     pub events: u64,
     /// Everything but the program's own feed that set the speed of some segment.
     pub bounds: BTreeSet<Bound>,
+    /// What blocks and tools take, if that is asked for.
+    pub times: Option<Times>,
     buffers: Vec<Buffer>,
     /// Buffer of the motion planned last.
     buffer: u32,
@@ -52,8 +56,16 @@ pub struct Seam {
 }
 
 impl Summary {
+    /// With the times of blocks and tools.
+    pub fn with_times(machine: &Machine) -> Summary {
+        Summary { times: Some(Times::new(machine)), ..Summary::default() }
+    }
+
     /// An item of the plan passes by.
     pub fn planned(&mut self, planned: &Planned) {
+        if let Some(times) = &mut self.times {
+            times.planned(planned);
+        }
         match planned {
             Planned::Profile(profile) => self.profile(profile),
             Planned::Event(_) => {}
@@ -88,6 +100,9 @@ impl Summary {
 
     fn tick(&mut self, tick: &Tick) {
         self.ticks += 1;
+        if let Some(times) = &mut self.times {
+            times.tick(tick);
+        }
         while self.buffers.len() <= tick.buffer as usize {
             let moved = AxisMap::default();
             self.buffers.push(Buffer { ticks: 0, moved, line: 0 });
@@ -112,11 +127,9 @@ impl Summary {
 
     /// Time from start to end: motion, pauses, fills and pads. Events take what they take.
     pub fn total_s(&self, machine: &Machine) -> f64 {
-        let bus = &machine.bus;
-        let buffered = bus.motion_ticks_max().is_some();
         let refills_s: f64 =
-            self.buffers.iter().map(|buffer| buffer.fill_s(bus) + buffer.pads_s(bus)).sum();
-        self.motion_s(machine) + self.dwell_s + if buffered { refills_s } else { 0.0 }
+            self.buffers.iter().map(|buffer| buffer.time(&machine.bus).total_s()).sum();
+        self.motion_s(machine) + self.dwell_s + refills_s
     }
 
     /// The seams, in order; none on a machine without node buffers.
@@ -125,7 +138,7 @@ impl Summary {
         let pairs = self.buffers.iter().zip(self.buffers.iter().skip(1));
         let seam = |(buffer, (before, after)): (u32, (&Buffer, &Buffer))| {
             tick += before.ticks;
-            let lost_s = before.pads_s(&machine.bus) + after.fill_s(&machine.bus);
+            let lost_s = before.time(&machine.bus).pads_s + after.time(&machine.bus).fill_s;
             let kind = self.ends.get(&buffer).copied().unwrap_or(SeamKind::Rest);
             Seam { tick, line: before.line, kind, lost_s }
         };
@@ -134,13 +147,12 @@ impl Summary {
 }
 
 impl Buffer {
-    /// Filling the nodes that move, one after the other.
-    fn fill_s(&self, bus: &Bus) -> f64 {
-        bus.fill_s(self.moved.0.iter().filter(|moved| **moved != 0).count())
+    fn time(&self, bus: &Bus) -> BufferTime {
+        bus.buffer_time(self.ticks as f64, moved(&self.moved))
     }
+}
 
-    /// The zero entries after the last motion, as fast as answers come.
-    fn pads_s(&self, bus: &Bus) -> f64 {
-        u64::from(bus.buffer_ticks).saturating_sub(self.ticks) as f64 * bus.pad_s()
-    }
+/// The axes whose counts, or-ed, are not all zero.
+pub(super) fn moved(counts: &AxisMap<i32>) -> AxisSet {
+    Axis::ALL.into_iter().filter(|axis| counts[*axis] != 0).collect()
 }

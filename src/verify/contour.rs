@@ -13,7 +13,7 @@ use super::edges::Edges;
 use super::executed::Executed;
 use super::feed::{Feed, FeedError, Standing};
 use super::report::{BlockError, Place};
-use super::sweep::{Death, Sweep};
+use super::sweep::{Death, Match, Sweep};
 use super::{Cause, Setup, VerifyError};
 use crate::base::Command;
 use crate::path::PathItem;
@@ -32,7 +32,8 @@ const WORST_BLOCKS: usize = 10;
 pub struct Contour {
     /// Whether the bound suffices.
     pub within: bool,
-    /// The Fréchet distance, to a thousandth of the bound (beyond it, of itself).
+    /// The Fréchet distance, to a thousandth of the bound (beyond it, of itself); around corners
+    /// that G64 P lets be cut by more than the path tolerance, less what is more.
     pub max_mm: f64,
     /// Whether `max_mm` is all that could be found out, and the error is greater.
     pub more: bool,
@@ -51,6 +52,20 @@ pub struct Matched {
     pub worst_blocks: Vec<BlockError>,
     /// Speed along the path against feed.
     pub feed: FeedError,
+    /// Where G64 P lets corners be cut by more than the path tolerance: the tick point that is
+    /// furthest off for what it may be, in blocks with that; none without such blocks.
+    pub blended: Option<BlendError>,
+}
+
+/// A tick point beside a corner that may be cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlendError {
+    /// Its distance from the path.
+    pub distance_mm: f64,
+    /// What is allowed there beyond the bound of the contour elsewhere.
+    pub slack_mm: f64,
+    /// Where it is.
+    pub at: Place,
 }
 
 /// Everything a pass reads: streams that begin anew each time.
@@ -152,9 +167,10 @@ where
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
         let mut edges = Edges::new(self.path()?, self.setup.machine, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(None) };
-        let mut standing = Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s };
+        let mut standing =
+            Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s, may_be_cut: false };
         let mut feed = Feed::new(self.setup, standing);
-        let mut blocks = Blocks::default();
+        let (mut blocks, mut blended) = (Blocks::default(), Corners::default());
         // The chords here may be coarser than those of the ladder that the distance comes from.
         let mut sweep = Sweep::new([distance_mm + 3.0 * sagitta_mm], start, first);
         let mut line = first.line;
@@ -163,9 +179,12 @@ where
             if point.moved {
                 sweep.advance(point.tick, point.at, || edges.next())?;
                 let Some(near) = sweep.nearest(standing.along_mm) else { return Ok(None) };
-                blocks.add(near.distance_mm, Place { tick: point.tick, line: near.line });
+                let at = Place { tick: point.tick, line: near.line };
+                blocks.add(near.distance_mm, at);
+                blended.add(&near, at);
                 let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);
-                standing = Standing { at: point.at, along_mm, feed_mm_s };
+                let may_be_cut = near.slack_mm > 0.0;
+                standing = Standing { at: point.at, along_mm, feed_mm_s, may_be_cut };
                 line = near.line;
             } else {
                 standing.feed_mm_s = 0.0;
@@ -176,6 +195,7 @@ where
             rms_mm: blocks.rms_mm(),
             worst_blocks: blocks.worst(),
             feed: feed.end(),
+            blended: blended.worst,
         }))
     }
 }
@@ -210,6 +230,23 @@ impl Found {
             return next;
         }
         Found { dead_mm: self.dead_mm, death: self.death, ..next }
+    }
+}
+
+/// Tick points beside corners that may be cut.
+#[derive(Debug, Default)]
+struct Corners {
+    worst: Option<BlendError>,
+}
+
+impl Corners {
+    fn add(&mut self, near: &Match, at: Place) {
+        let Match { distance_mm, slack_mm, .. } = *near;
+        let is_worse =
+            |worst: BlendError| distance_mm - slack_mm > worst.distance_mm - worst.slack_mm;
+        if slack_mm > 0.0 && self.worst.is_none_or(is_worse) {
+            self.worst = Some(BlendError { distance_mm, slack_mm, at });
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 use super::{Cause, VerifyError};
 use crate::base::spline::Bezier;
 use crate::base::{Axis, Machine, Point};
-use crate::path::{Curve, PathItem, Segment};
+use crate::path::{Corner, Curve, PathItem, Segment};
 
 /// A place or way in X, Y, Z.
 pub type Vector = [f64; 3];
@@ -31,6 +31,10 @@ pub struct Edge {
     /// Length of the path up to its start.
     pub start_mm: f64,
     pub length_mm: f64,
+    /// How much further off than elsewhere it may be passed, and its end: where G64 P lets a corner
+    /// be cut by more than the machine's path tolerance.
+    pub slack_mm: f64,
+    pub end_slack_mm: f64,
 }
 
 /// What is left of a segment.
@@ -53,6 +57,9 @@ pub struct Edges<P: Iterator> {
     path: std::iter::Fuse<P>,
     linear: [Option<Axis>; 3],
     sagitta_mm: f64,
+    path_tolerance_mm: f64,
+    /// The slack of the corner at the end of the segment before.
+    corner_slack_mm: f64,
     /// The segment that is being cut.
     current: Option<Cut>,
     at: Vector,
@@ -67,8 +74,17 @@ where
 {
     /// `start` is where the path stands if it has no segment at all.
     pub fn new(path: P, machine: &Machine, start: Vector, sagitta_mm: f64) -> Self {
-        let (path, linear) = (path.fuse(), linear_axes(machine));
-        Edges { path, linear, sagitta_mm, current: None, at: start, length_mm: 0.0, any: false }
+        Edges {
+            path: path.fuse(),
+            linear: linear_axes(machine),
+            sagitta_mm,
+            path_tolerance_mm: machine.path_tolerance_mm,
+            corner_slack_mm: 0.0,
+            current: None,
+            at: start,
+            length_mm: 0.0,
+            any: false,
+        }
     }
 
     /// The next edge; a path without segments is one edge without length.
@@ -81,10 +97,10 @@ where
                 None if self.any => return Ok(None),
                 None => {
                     self.any = true;
-                    return Ok(Some(self.edge_to(self.at, 0, f64::INFINITY)));
+                    return Ok(Some(self.edge_to(self.at, 0, f64::INFINITY, [0.0; 2])));
                 }
                 Some(Err(error)) => return Err(VerifyError::Path(error.into())),
-                Some(Ok(PathItem::Event(_))) => {}
+                Some(Ok(PathItem::Event(_))) => self.corner_slack_mm = 0.0,
                 Some(Ok(PathItem::Segment(segment))) => {
                     if !self.any {
                         self.at = vector(&segment.from_mm, &self.linear);
@@ -103,17 +119,44 @@ where
         let Some(mut cut) = self.current.take() else { return Ok(None) };
         let (line, feed) = (cut.segment.line, cut.segment.feed_mm_s.unwrap_or(f64::INFINITY));
         let (to, is_last) = cut.next(self.sagitta_mm);
-        if !is_last {
+        let end_slack_mm = self.slack_mm(&cut.segment);
+        let start_slack_mm = match cut.segment.corner {
+            Corner::Blend { .. } if feed.is_finite() => self.corner_slack_mm,
+            Corner::Blend { .. } | Corner::Exact | Corner::Stop => 0.0,
+        };
+        let slack_mm = start_slack_mm.max(end_slack_mm);
+        let mut slacks_mm = [slack_mm; 2];
+        if is_last {
+            self.corner_slack_mm = end_slack_mm;
+            slacks_mm[1] = end_slack_mm;
+        } else {
             self.current = Some(cut);
         }
         let to = vector(&to, &self.linear);
-        Ok(Some(self.edge_to(to, line, feed)))
+        Ok(Some(self.edge_to(to, line, feed, slacks_mm)))
     }
 
-    fn edge_to(&mut self, to: Vector, line: u32, feed_mm_s: f64) -> Edge {
-        let way = difference(to, self.at);
+    /// By how much more than the path tolerance the corner at the end of a segment may be cut.
+    fn slack_mm(&self, segment: &Segment) -> f64 {
+        match segment.corner {
+            Corner::Blend { tolerance_mm: Some(mm) } if segment.feed_mm_s.is_some() => {
+                (mm - self.path_tolerance_mm).max(0.0)
+            }
+            Corner::Blend { .. } | Corner::Exact | Corner::Stop => 0.0,
+        }
+    }
+
+    fn edge_to(
+        &mut self,
+        to: Vector,
+        line: u32,
+        feed_mm_s: f64,
+        [slack_mm, end_slack_mm]: [f64; 2],
+    ) -> Edge {
+        let (from, start_mm) = (self.at, self.length_mm);
+        let way = difference(to, from);
         let length_mm = dot(way, way).sqrt();
-        let edge = Edge { from: self.at, to, line, feed_mm_s, start_mm: self.length_mm, length_mm };
+        let edge = Edge { from, to, line, feed_mm_s, start_mm, length_mm, slack_mm, end_slack_mm };
         self.at = to;
         self.length_mm += length_mm;
         edge

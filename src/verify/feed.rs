@@ -7,6 +7,9 @@
 //!   the tolerance it runs on at once, though nothing has moved;
 //! - on what was executed, by chords of five ticks. Rounding makes them longer by no more than is
 //!   allowed for it: along a line their errors cancel.
+//!
+//! Where corners may be cut by G64 P, a match may run on by as much, and errors of chords around the
+//! corner do not cancel. There the one chord of the window counts, if it is less.
 
 use std::collections::VecDeque;
 
@@ -53,6 +56,8 @@ pub struct Standing {
     pub along_mm: f64,
     /// The path's greatest feed on the way there; 0 if there was no way, infinite for a rapid.
     pub feed_mm_s: f64,
+    /// Whether corners may be cut there.
+    pub may_be_cut: bool,
 }
 
 /// Takes ticks one by one.
@@ -111,7 +116,13 @@ impl Feed {
             let chord = difference(to.at, from.at);
             dot(chord, chord).sqrt()
         };
-        along_mm.min(chords.map(length_mm).sum())
+        let way_mm = along_mm.min(chords.map(length_mm).sum());
+        match self.window.front() {
+            Some(first) if self.window.iter().any(|standing| standing.may_be_cut) => {
+                way_mm.min(length_mm((first, last)))
+            }
+            _ => way_mm,
+        }
     }
 
     /// What was found.
@@ -141,7 +152,12 @@ mod tests {
         let standing = |tick: u32| {
             let along_mm = f64::from(tick) * speed_mm_s * 1e-3;
             let jump_mm = if tick < 30 { 0.0 } else { jump_mm };
-            Standing { at: [along_mm, 0.0, 0.0], along_mm: along_mm + jump_mm, feed_mm_s: 5.0 }
+            Standing {
+                at: [along_mm, 0.0, 0.0],
+                along_mm: along_mm + jump_mm,
+                feed_mm_s: 5.0,
+                may_be_cut: false,
+            }
         };
         let mut feed = Feed::new(&setup, standing(0));
         (1..60).for_each(|tick| feed.tick(standing(tick), Place::default()));

@@ -4,7 +4,8 @@
 //!
 //! - *Contour*: the Fréchet distance between the executed polyline (tick points joined by chords)
 //!   and the path, in X, Y and Z. Matching runs forward along both, so neither a skipped loop nor
-//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`).
+//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`). Blocks with
+//!   corners under G64 P may be left by P, if that is more than the path tolerance.
 //! - *End point* and the place of every event, exact in steps on every axis.
 //! - *Machine*: counts, accelerations, rest at seams, events and both ends, ticks of a buffer,
 //!   travel (`limits`).
@@ -25,7 +26,7 @@ mod sweep;
 
 use std::collections::BTreeMap;
 
-pub use self::contour::{Contour, Matched};
+pub use self::contour::{BlendError, Contour, Matched};
 pub use self::feed::{FeedError, FeedWindow};
 pub use self::report::{BlockError, Check, Place, Report, Verdict};
 
@@ -111,6 +112,8 @@ pub fn tolerance_mm(machine: &Machine) -> f64 {
 fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report {
     let mut limits = vec![contour_check(bound_mm, &contour)];
     let feed = contour.matched.as_ref().and_then(|matched| matched.feed.worst);
+    let blended = contour.matched.as_ref().and_then(|matched| matched.blended);
+    limits.extend(blended.map(|error| blend_check(bound_mm, &error)));
     limits.extend(feed.map(|window| feed_check(&window)));
     limits.extend(walk.checks);
     let failed = limits.iter().filter(|check| check.verdict == Verdict::Fail);
@@ -153,6 +156,13 @@ fn contour_check(bound_mm: f64, contour: &Contour) -> Check {
     (check.unit, check.at) = ("mm", contour.worst);
     check.note = contour.more.then(|| "the error is greater than this".to_owned());
     check
+}
+
+/// Tick points alone are judged once more: the contour, with chords and corners, has been.
+fn blend_check(bound_mm: f64, error: &BlendError) -> Check {
+    let limit_mm = bound_mm + error.slack_mm;
+    let check = Check::new("corners under G64 P", None, error.distance_mm, limit_mm);
+    Check { unit: "mm", at: Some(error.at), ..check }
 }
 
 fn feed_check(window: &FeedWindow) -> Check {

@@ -15,6 +15,8 @@
 //! that can no longer be reached are dropped, rows are read when they can be reached. So memory is
 //! that of the path within the greatest distance. A distance is out of the running ("dead") once
 //! nothing is reachable with it. What a smaller distance reaches, a greater one does too.
+//!
+//! An edge, and the corner at its end, may have slack: there each distance is so much greater.
 
 use std::collections::VecDeque;
 
@@ -26,6 +28,8 @@ const ROWS_MAX: usize = 1 << 18;
 /// See the module.
 #[derive(Debug)]
 pub struct Sweep<const N: usize> {
+    distances_mm: [f64; N],
+    /// Their squares.
     distances_sq: [f64; N],
     /// So many of the least distances are dead.
     dead: usize,
@@ -59,6 +63,8 @@ pub struct Match {
     pub line: u32,
     /// Greatest feed of the path since the match before; infinite on rapids.
     pub feed_mm_s: f64,
+    /// How much further off than elsewhere the path may be passed there.
+    pub slack_mm: f64,
 }
 
 #[derive(Debug)]
@@ -142,7 +148,8 @@ impl<const N: usize> Sweep<N> {
     /// Begins at the start of both: `distances_mm` ascend.
     pub fn new(distances_mm: [f64; N], start: Vector, first: Edge) -> Self {
         let mut sweep = Sweep {
-            distances_sq: distances_mm.map(|distance| distance * distance),
+            distances_mm,
+            distances_sq: squares(&distances_mm, 0.0),
             dead: 0,
             deaths: [Death::default(); N],
             rows: VecDeque::new(),
@@ -154,6 +161,7 @@ impl<const N: usize> Sweep<N> {
         let mut row = Row::new(first);
         let near = row.chord.near(start);
         for level in 0..N {
+            // The start of the path is no corner.
             let (from, to) = near.within(sweep.distances_sq[level]);
             if from == 0.0 && from <= to {
                 (row.reach.from[level], row.reach.to[level]) = (from, to);
@@ -197,7 +205,15 @@ impl<const N: usize> Sweep<N> {
             self.work += (N - self.dead) as u64;
             let beside = row.chord.near(to);
             let above = step.near(row.edge.to);
-            cross(&mut row.reach, &mut below, &beside, &above, &self.distances_sq, self.dead);
+            let edge = &row.edge;
+            if edge.slack_mm == 0.0 {
+                let squares = [&self.distances_sq; 2];
+                cross(&mut row.reach, &mut below, [&beside, &above], squares, self.dead);
+            } else {
+                let slacks_mm = [edge.slack_mm, edge.end_slack_mm];
+                let [side, end] = slacks_mm.map(|slack_mm| squares(&self.distances_mm, slack_mm));
+                cross(&mut row.reach, &mut below, [&beside, &above], [&side, &end], self.dead);
+            }
             if let Some(level) = row.reach.least(self.dead).filter(|level| *level <= least) {
                 (least, line) = (level, row.edge.line);
             }
@@ -255,7 +271,7 @@ impl<const N: usize> Sweep<N> {
     pub fn nearest(&mut self, past_mm: f64) -> Option<Match> {
         // What rounding may take off a length of metres.
         const ROUNDING_MM: f64 = 1e-9;
-        let mut best: Option<(bool, f64, f64, u32)> = None;
+        let mut best: Option<(bool, f64, f64, &Edge)> = None;
         for row in self.rows.iter().filter(|row| !row.reach.is_empty()) {
             let share = row.chord.near(self.at).share;
             let share = share.clamp(row.reach.from[N - 1], row.reach.to[N - 1]);
@@ -270,16 +286,22 @@ impl<const N: usize> Sweep<N> {
                     < (was_back, was)
             });
             if better {
-                best = Some((back, distance, along, row.edge.line));
+                best = Some((back, distance, along, &row.edge));
             }
         }
-        let (_, distance_mm, along_mm, line) = best?;
+        let (_, distance_mm, along_mm, edge) = best?;
+        let (line, slack_mm) = (edge.line, edge.slack_mm);
         let passed =
             |edge: &Edge| edge.start_mm <= along_mm && edge.start_mm + edge.length_mm >= past_mm;
         let passed = self.rows.iter().map(|row| &row.edge).filter(|edge| passed(edge));
-        let feed_mm_s = passed.map(|edge| edge.feed_mm_s).fold(self.dropped_feed_mm_s, f64::max);
+        // Where corners may be cut by more than the ways between them are long, the nearest point need
+        // not be the one meant: any within reach may be.
+        let is_meant = |row: &&Row<N>| row.edge.slack_mm > 0.0 && !row.reach.is_empty();
+        let meant = self.rows.iter().filter(is_meant).map(|row| &row.edge);
+        let feeds = passed.chain(meant).map(|edge| edge.feed_mm_s);
+        let feed_mm_s = feeds.fold(self.dropped_feed_mm_s, f64::max);
         self.dropped_feed_mm_s = 0.0;
-        Some(Match { along_mm, distance_mm, line, feed_mm_s })
+        Some(Match { along_mm, distance_mm, line, feed_mm_s, slack_mm })
     }
 
     fn bury(&mut self, least: usize, tick: u64) {
@@ -295,22 +317,26 @@ impl<const N: usize> Row<N> {
     }
 }
 
+/// Squares of distances, each greater by a slack.
+fn squares<const N: usize>(distances_mm: &[f64; N], slack_mm: f64) -> [f64; N] {
+    distances_mm.map(|distance| (distance + slack_mm) * (distance + slack_mm))
+}
+
 /// Through one cell, for each living distance: from what is reached on its left and lower border
 /// to what is reached on its right and upper one. From the left, all of the upper border's free
 /// part can be got to, and of the right one what is not further back; from below likewise.
 fn cross<const N: usize>(
     left: &mut Reach<N>,
     below: &mut Reach<N>,
-    beside: &Near,
-    above: &Near,
-    distances_sq: &[f64; N],
+    [beside, above]: [&Near; 2],
+    [side_sq, end_sq]: [&[f64; N]; 2],
     dead: usize,
 ) {
-    for (level, distance_sq) in distances_sq.iter().enumerate().skip(dead) {
+    for level in dead..N {
         let from_left = left.from[level] <= left.to[level];
         let from_below = below.from[level] <= below.to[level];
-        let (right_from, right_to) = beside.within(*distance_sq);
-        let (upper_from, upper_to) = above.within(*distance_sq);
+        let (right_from, right_to) = beside.within(side_sq[level]);
+        let (upper_from, upper_to) = above.within(end_sq[level]);
         let right_from = right_from.max(if from_below { 0.0 } else { left.from[level] });
         let upper_from = upper_from.max(if from_left { 0.0 } else { below.from[level] });
         left.from[level] = if right_from <= right_to { right_from } else { f64::INFINITY };

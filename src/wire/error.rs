@@ -23,7 +23,9 @@ pub enum JobError {
         least_us: u32,
     },
     /// Each data byte would put the pairs of idle nodes out of phase for good (H7).
-    #[error("bus.buffer_ticks = {buffer_ticks} is odd: nodes that are not filled would lose the phase of their pairs")]
+    #[error(
+        "bus.buffer_ticks = {buffer_ticks} is odd: nodes that are not filled would lose the phase of their pairs"
+    )]
     OddBuffer {
         /// The profile's.
         buffer_ticks: u32,

@@ -12,8 +12,7 @@ use crate::base::machine::{
 use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use crate::wire::codec;
 use crate::wire::error::JobError;
-use crate::wire::node::{ANSWER_PAUSE_US, SPI_US};
-use crate::wire::nodes::{ExecutedTick, byte_ns};
+use crate::wire::nodes::ExecutedTick;
 use crate::wire::order;
 
 /// A whole job, ready for the bus.
@@ -166,21 +165,16 @@ impl Job {
         })
     }
 
-    /// Roughly how long the job takes with a perfect host: fills, ticks, pads and dwells; pauses
+    /// How long the job takes with a perfect host, in seconds: fills, ticks, pads and dwells; pauses
     /// for a person not counted.
-    pub fn duration_us(&self, bus: &Bus) -> u64 {
-        let wire_us = |bytes: u64| (bytes * byte_ns(bus.baud)) / 1000;
-        let entries = u64::from(bus.buffer_ticks);
-        let pad_us = wire_us(2).max(wire_us(1) + ANSWER_PAUSE_US) + SPI_US;
-        // Ping 7 bytes, fill command and two answers 4.
-        let fill_us = wire_us(entries + 11);
-        let dwells_s: f64 = self.events().map(|event| dwell_s(event.kind)).sum();
-        let buffer_us = |buffer: &Buffer| {
-            let ticks = buffer.lines.len() as u64;
-            let pads = entries.saturating_sub(ticks);
-            buffer.fills.len() as u64 * fill_us + ticks * u64::from(bus.tick_us) + pads * pad_us
+    pub fn duration_s(&self, bus: &Bus) -> f64 {
+        let buffer_s = |buffer: &Buffer| {
+            let ticks = buffer.lines.len() as f64;
+            let filled = buffer.fills.iter().filter_map(|fill| fill.unit.axis).collect();
+            ticks * bus.tick_s() + bus.buffer_time(ticks, filled).total_s()
         };
-        self.buffers().map(buffer_us).sum::<u64>() + (dwells_s * 1e6) as u64
+        let dwells_s: f64 = self.events().map(|event| dwell_s(event.kind)).sum();
+        self.buffers().map(buffer_s).sum::<f64>() + dwells_s
     }
 }
 

@@ -17,9 +17,7 @@ mod order;
 mod report;
 
 pub use error::JobError;
-pub use inject::{
-    FaultKind, FaultSpec, FaultSpecError, Faults, Phase, Random, Struck, Who,
-};
+pub use inject::{FaultKind, FaultSpec, FaultSpecError, Faults, Phase, Random, Struck, Who};
 pub use job::{Buffer, Fill, Job, Step};
 pub use lint::{Proof, lint};
 pub use master::{Master, MasterEvent, Progress, Timing};

@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use crate::base::machine::HOST_ID;
+use crate::base::machine::{self, HOST_ID};
 use crate::wire::codec::{self, NEGATIVE};
 
 /// First byte of the pair that homes a node.
@@ -20,9 +20,9 @@ pub const STOP: u8 = b's';
 /// First byte of the pair that starts execution: the host's ID, fixed in the firmware.
 pub const START: u8 = HOST_ID;
 /// How long a node pauses after each answer, with its transmitter on.
-pub const ANSWER_PAUSE_US: u64 = 250;
-/// One SPI exchange between the two controllers of a node: 8 bits at 20 MHz / 4 / 16.
-pub const SPI_US: u64 = 26;
+pub const ANSWER_PAUSE_US: u64 = machine::ANSWER_PAUSE_US as u64;
+/// One SPI exchange between the two controllers of a node.
+pub const SPI_US: u64 = machine::SPI_US as u64;
 
 /// Bytes that the UART keeps while the firmware is busy.
 const RECEIVER_BYTES: usize = 4;

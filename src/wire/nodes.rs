@@ -183,9 +183,11 @@ impl Nodes {
     pub fn executed(&self) -> Vec<ExecutedTick> {
         let mut runs: Vec<(Axis, &Run)> = Vec::new();
         for (unit, node) in self.iter() {
-            runs.extend(unit.axis.into_iter().flat_map(|axis| {
-                node.runs().iter().map(move |run| (axis, run))
-            }));
+            runs.extend(
+                unit.axis
+                    .into_iter()
+                    .flat_map(|axis| node.runs().iter().map(move |run| (axis, run))),
+            );
         }
         runs.sort_by_key(|(_, run)| run.start_us);
         let mut ticks = Vec::new();

@@ -20,10 +20,7 @@ pub struct Clash {
 
 /// Puts fills in order, nodes without a need of theirs in the order given. Nodes that rest and
 /// are needed full are added, with zeros.
-pub(super) fn fill_order(
-    mut fills: Vec<Fill>,
-    units: &[Unit],
-) -> Result<Vec<Fill>, Clash> {
+pub(super) fn fill_order(mut fills: Vec<Fill>, units: &[Unit]) -> Result<Vec<Fill>, Clash> {
     let mut needs = Vec::new();
     let mut at = 0;
     while let Some(fill) = fills.get(at) {

@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use cnc::base::machine::{Master as MasterChoice, Unit};
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::wire::{
-    Activity, During, End, Ending, Entry, Fault, FaultKind, FaultSpec, Faults, Happening, Job, Master,
-    MasterEvent, Node, Nodes, Phase, Position, Random, Struck, Timing, Who, lint,
+    Activity, During, End, Ending, Entry, Fault, FaultKind, FaultSpec, Faults, Happening, Job,
+    Master, MasterEvent, Node, Nodes, Phase, Position, Random, Struck, Timing, Who, lint,
 };
 use cnc::wire_io::{Link, Operator, Sim, drive};
 
@@ -226,7 +226,8 @@ fn nothing_unplanned(ran: &Ran, unit: Unit, node: &Node) -> Result<(), String> {
         if fills.next().is_none_or(|bytes| !bytes.starts_with(&run.bytes)) {
             return Err(format!("{unit} executed what was not planned"));
         }
-        steps += run.bytes.iter().map(|byte| i64::from(cnc::wire::codec::decode(*byte))).sum::<i64>();
+        steps +=
+            run.bytes.iter().map(|byte| i64::from(cnc::wire::codec::decode(*byte))).sum::<i64>();
     }
     let busy = matches!(node.activity(), Activity::Filling | Activity::Executing);
     if ran.ending.end == End::Done && (fills.next().is_some() || node.is_full() || busy) {
@@ -242,9 +243,10 @@ fn nothing_unplanned(ran: &Ran, unit: Unit, node: &Node) -> Result<(), String> {
 /// Where the plan is after the ticks that were acknowledged.
 fn planned_position(ran: &Ran) -> AxisMap<i64> {
     let mut position = ran.job.start_steps;
-    let ticks = ran.job.buffers().flat_map(|buffer| {
-        (0..buffer.lines.len()).map(move |tick| buffer.counts(tick))
-    });
+    let ticks = ran
+        .job
+        .buffers()
+        .flat_map(|buffer| (0..buffer.lines.len()).map(move |tick| buffer.counts(tick)));
     for counts in ticks.take(ran.ending.ticks as usize) {
         Axis::ALL.iter().for_each(|axis| position[*axis] += i64::from(counts[*axis]));
     }

@@ -163,7 +163,11 @@ fn bus(keys: &mut Keys<'_>) -> Bus {
         host_id: keys.integer_if("bus.host_id", 0..=255).unwrap_or(HOST_ID.into()) as u8,
         nodes: nodes(keys),
         metronome_id: keys.integer_if("bus.metronome_id", 0..=255).map(|id| id as u8),
-        spare_ids: keys.integers_if("bus.spare_ids", 0..=255).into_iter().map(|id| id as u8).collect(),
+        spare_ids: keys
+            .integers_if("bus.spare_ids", 0..=255)
+            .into_iter()
+            .map(|id| id as u8)
+            .collect(),
         master: master(keys),
         reply_timeout_ms: keys.integer_if("bus.reply_timeout_ms", 1..=60_000).unwrap_or(200),
     }

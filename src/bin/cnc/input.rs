@@ -128,6 +128,27 @@ impl std::fmt::Display for Start {
     }
 }
 
+/// What the operator makes of the feeds of cuts, in percent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeedOverride(f64);
+
+impl FeedOverride {
+    /// From 1 to 200.
+    pub fn percent(self) -> f64 {
+        self.0
+    }
+}
+
+impl std::str::FromStr for FeedOverride {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<FeedOverride, String> {
+        let number = text.strip_suffix('%').unwrap_or(text).parse().ok();
+        let percent = number.filter(|percent| (1.0..=200.0).contains(percent));
+        percent.map(FeedOverride).ok_or_else(|| "from 1% to 200% is expected, as in 50%".to_owned())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,19 +4,17 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
 use clap::ValueEnum;
-use cnc::base::machine::Rapid;
 use cnc::base::{Axis, Command, Machine, Point, Source};
 use cnc::interp::{self, Checked, RunError};
 use cnc::path::{self, PathItem};
-use cnc::plan::{self, Feed, Seams};
+use cnc::plan::{self, BlockSpeed, Feed, SeamReport, Seams};
 use cnc::step::{self, Summary, thesis};
 use cnc::tape::{Encoding, Header, Origin};
 
 use crate::args::Global;
 use crate::exit::{Exit, Failure};
-use crate::input::Start;
+use crate::input::{FeedOverride, Start};
 use crate::language::LanguageArgs;
 use crate::{input, report};
 
@@ -26,6 +24,9 @@ pub struct MotionArgs {
     /// How speed is planned
     #[arg(long, value_enum, default_value_t, value_name = "MODE")]
     pub feed: FeedMode,
+    /// Scale the feeds of cuts, from 1% to 200%, where the program lets the operator (M48, M49)
+    #[arg(long = "override", value_name = "PERCENT")]
+    pub feed_override: Option<FeedOverride>,
     /// Machine position at which the job starts, in mm [default: the profile's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub start: Option<Start>,
@@ -91,17 +92,14 @@ impl Program {
         motion: &MotionArgs,
         global: &Global,
     ) -> Result<Result<Program, Exit>, Failure> {
-        if machine.rapid == Rapid::Independent {
-            let id = &machine.id;
-            let reason = anyhow!(
-                "machine profile '{id}': rapid = \"independent\" cannot be planned; \
-                 use rapid = \"straight\""
-            );
-            return Err(Failure { code: 2, error: reason });
-        }
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
         let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
-        let options = interp::Options { start_mm, tools, ..motion.language.options(file) };
+        let options = interp::Options {
+            start_mm,
+            tools,
+            feed_override_percent: motion.feed_override.map(FeedOverride::percent),
+            ..motion.language.options(file)
+        };
         let checked = interp::check(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
@@ -165,6 +163,16 @@ impl Program {
         })
     }
 
+    /// What sets the speed of each block.
+    pub fn block_speeds(&self) -> impl Iterator<Item = Result<BlockSpeed, RunError>> {
+        plan::explain(self.path(), &self.machine, self.feed, &self.seams)
+    }
+
+    /// What each seam costs.
+    pub fn seam_costs(&self) -> Result<SeamReport, RunError> {
+        plan::survey(self.path(), &self.machine, self.feed, &self.seams)
+    }
+
     /// The header of the job's dump.
     pub fn header(&self, encoder: Encoder, encoding: Encoding) -> Header {
         let machine = &self.machine;
@@ -175,6 +183,9 @@ impl Program {
         }
         if self.options.lenient {
             options.push(("lenient".to_owned(), "on".to_owned()));
+        }
+        if let Some(percent) = self.options.feed_override_percent {
+            options.push(("override".to_owned(), percent.to_string()));
         }
         if self.feed == Feed::Constant {
             options.push(("feed".to_owned(), "constant".to_owned()));
@@ -214,5 +225,5 @@ fn path_of<'a>(
     machine: &'a Machine,
     options: &'a interp::Options,
 ) -> impl Iterator<Item = Result<PathItem, RunError>> + 'a {
-    path::segments(interp::motions(source, machine, options))
+    path::segments(interp::motions(source, machine, options), machine)
 }

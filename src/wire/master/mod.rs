@@ -18,7 +18,7 @@ mod script;
 
 use std::collections::VecDeque;
 
-use crate::base::machine::{Bus, Unit};
+use crate::base::machine::{Bus, LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
@@ -30,9 +30,6 @@ use self::script::{Action, Ask, Question};
 
 /// Bytes handed out at a time: a port that keeps them all is then never far behind the wire.
 const PIECE_BYTES: usize = 64;
-/// How long the host listens before the last byte of a node's data: who answers now has counted
-/// more bytes than were sent, or is another node (H13). 1 % of a fill.
-const LISTEN_US: u64 = 4000;
 
 /// The times that a host keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -467,7 +464,7 @@ impl Master {
         let piece_us = self.timing.byte_ns * PIECE_BYTES as u64 / 1000;
         let from_us = match &self.state {
             State::Sending { action, sent } if action.is_last_of_data(*sent) => {
-                self.wire_free_us() + LISTEN_US
+                self.wire_free_us() + u64::from(LISTEN_US)
             }
             State::Sending { sent: 1.., .. } => self.wire_free_us().saturating_sub(piece_us),
             _ => self.wire_free_us(),

@@ -1,7 +1,11 @@
 //! `cnc interpolate`: plans a program and interpolates it to steps; the command dump, or a summary.
 
+mod seams;
+mod speeds;
+mod times;
+
 use std::cell::RefCell;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -9,6 +13,7 @@ use clap::ValueEnum;
 use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Machine};
 use cnc::interp::RunError;
+use cnc::plan::Feed;
 use cnc::step::Summary;
 use cnc::tape::{self, Writer};
 use serde_json::{Map, Value, json};
@@ -24,7 +29,7 @@ pub struct Args {
     /// NC program; - is standard input
     file: PathBuf,
     /// Write the command dump instead of a summary
-    #[arg(long)]
+    #[arg(long, conflicts_with = "report")]
     csv: bool,
     /// Where the dump goes [default: standard output]
     #[arg(short, long, value_name = "OUT", requires = "csv")]
@@ -36,7 +41,29 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t)]
     encoder: Encoder,
     #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
     motion: MotionArgs,
+}
+
+/// What is told instead of a summary.
+#[derive(Debug, clap::Args)]
+#[group(id = "report", multiple = false)]
+struct ReportArgs {
+    /// Tell what sets the speed of each block: as JSON, one object a line
+    #[arg(long)]
+    explain_feed: bool,
+    /// Tell what each end of a node buffer costs, and what the next best choice would
+    #[arg(long, value_enum, value_name = "report")]
+    seams: Option<SeamsArg>,
+    /// Tell what each block takes and each tool: as JSON, one object a line, the summary last
+    #[arg(long)]
+    times: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SeamsArg {
+    Report,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -53,6 +80,24 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
+    if args.encoder == Encoder::Thesis && args.report.is_any() {
+        return Err(anyhow!("--encoder thesis plans nothing that could be told of").into());
+    }
+    if program.feed() == Feed::Constant && args.report.explain_feed {
+        return Err(anyhow!("--feed constant has no accelerations to explain").into());
+    }
+    if args.report.explain_feed {
+        speeds::report(&program, global.json)?;
+        return Ok(Exit::Ok);
+    }
+    if args.report.seams.is_some() {
+        seams::report(&program, global.json)?;
+        return Ok(Exit::Ok);
+    }
+    if args.report.times {
+        report_times(args, &program, global.json)?;
+        return Ok(Exit::Ok);
+    }
     let summary = RefCell::new(Summary::default());
     match (&args.output, args.csv) {
         (Some(path), _) if path != Path::new("-") => {
@@ -71,6 +116,44 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         }
     }
     Ok(Exit::Ok)
+}
+
+impl ReportArgs {
+    fn is_any(&self) -> bool {
+        self.explain_feed || self.seams.is_some() || self.times
+    }
+}
+
+/// `--times`: a row or an object a block as it comes, then the tools.
+fn report_times(args: &Args, program: &Program, as_json: bool) -> Result<(), Failure> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let summary = RefCell::new(Summary::with_times(&program.machine));
+    if !as_json {
+        times::head(&mut out)?;
+    }
+    each_command(program, args, &summary, |_| give_out(&mut out, &summary, as_json))?;
+    if let Some(times) = &mut summary.borrow_mut().times {
+        times.finish();
+    }
+    give_out(&mut out, &summary, as_json)?;
+    let summary = summary.into_inner();
+    let Some(times) = &summary.times else { return Ok(()) };
+    if as_json {
+        let mut document = to_json(&summary, program);
+        document["type"] = json!("summary");
+        document["times"] = times::summary(times);
+        writeln!(out, "{document}")?;
+    } else {
+        times::tools(&mut out, times)?;
+    }
+    Ok(out.flush()?)
+}
+
+/// Writes the blocks whose times are known.
+fn give_out(out: &mut impl Write, summary: &RefCell<Summary>, as_json: bool) -> io::Result<()> {
+    let mut summary = summary.borrow_mut();
+    let Some(times) = &mut summary.times else { return Ok(()) };
+    std::iter::from_fn(|| times.pop()).try_for_each(|block| times::block(out, &block, as_json))
 }
 
 fn dump(

@@ -120,18 +120,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 }
 
 fn units(args: &Args, machine: &Machine) -> anyhow::Result<Vec<Unit>> {
-    let units: Vec<Unit> = if args.units.is_empty() {
-        machine.bus.units().collect()
-    } else {
-        args.units.clone()
-    };
+    let units: Vec<Unit> =
+        if args.units.is_empty() { machine.bus.units().collect() } else { args.units.clone() };
     if units.is_empty() {
         return Err(anyhow!("machine {machine} has no nodes; name some with --units X=122,Y=123"));
     }
     for (at, unit) in units.iter().enumerate() {
-        let twin = |other: &Unit| {
-            other.id == unit.id || (other.axis.is_some() && other.axis == unit.axis)
-        };
+        let twin =
+            |other: &Unit| other.id == unit.id || (other.axis.is_some() && other.axis == unit.axis);
         if units.iter().take(at).any(twin) {
             return Err(anyhow!("--units: {unit}: this ID or axis is there twice"));
         }
@@ -182,7 +178,8 @@ fn write_executed(
     executed: &[ExecutedTick],
 ) -> std::io::Result<()> {
     let machine_axes = machine.axes.iter().map(|profile| profile.axis);
-    let axes: AxisSet = nodes.iter().filter_map(|(unit, _)| unit.axis).chain(machine_axes).collect();
+    let axes: AxisSet =
+        nodes.iter().filter_map(|(unit, _)| unit.axis).chain(machine_axes).collect();
     let names: Vec<String> = axes.iter().map(|axis| axis.to_string()).collect();
     writeln!(out, "tick,buffer,{}", names.join(","))?;
     for (tick, row) in executed.iter().enumerate() {

@@ -165,13 +165,17 @@ fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<Mot
     let subprograms = args.subprograms.clone();
     let language = LanguageArgs { subprograms, ..Default::default() };
     let start = start(header, machine);
-    let mut motion = MotionArgs { feed: FeedMode::ExactStop, start, tools: None, language };
+    let feed = FeedMode::ExactStop;
+    let mut motion = MotionArgs { feed, feed_override: None, start, tools: None, language };
     for option in &header.options {
         if is(option, "feed", "constant") {
             motion.feed = FeedMode::Constant;
         } else if option.0 == "start" {
             let start = option.1.parse().map_err(|reason: String| anyhow!(reason));
             motion.start = Some(start.context("option 'start' of the dump's header")?);
+        } else if option.0 == "override" {
+            let percent = option.1.parse().map_err(|reason: String| anyhow!(reason));
+            motion.feed_override = Some(percent.context("option 'override' of the dump's header")?);
         } else if is(option, "block-delete", "on") {
             motion.language.block_delete = true;
         } else if is(option, "lenient", "on") {

@@ -2,9 +2,10 @@
 
 use std::io::{self, Write};
 
+use cnc::base::machine::Unit;
+use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Event, EventKind, Machine};
 use cnc::verify::{self, Verdict};
-use cnc::base::machine::Unit;
 use cnc::wire::{End, Ending, FaultSpec, Job, Position, Proof, Struck};
 use serde_json::{Map, Value, json};
 
@@ -60,7 +61,7 @@ impl Report<'_> {
             .collect();
         say!("start     the machine has to stand at {}", starts.join(", "));
         let (ticks, buffers) = (job.ticks, job.buffers().count());
-        let time = clock(job.duration_us(&self.machine.bus));
+        let time = clock(job.duration_s(&self.machine.bus));
         say!("time      {time}, {ticks} ticks in {buffers} buffers");
         let told: Vec<String> = job.events().filter(|event| is_told(event)).map(told).collect();
         let more = told.len().saturating_sub(10);
@@ -95,7 +96,7 @@ impl Report<'_> {
         let Proof { buffers, bytes, pairs, avoided, nodes } = *proof;
         if self.global.json {
             let mut result = self.base("dry-run", job.ticks, job.buffers().count() as u64);
-            let seconds = (job.duration_us(&self.machine.bus) / 1000) as f64 / 1000.0;
+            let seconds = six_digits(job.duration_s(&self.machine.bus));
             result.insert("seconds".to_owned(), json!(seconds));
             let extents = extents(job).map(|(axis, range)| (axis.to_string(), json!(range)));
             result.insert("extents_mm".to_owned(), Value::Object(extents.collect()));
@@ -107,7 +108,10 @@ impl Report<'_> {
             writeln!(io::stdout(), "{}", Value::Object(result))
         } else {
             let mut out = io::stdout().lock();
-            writeln!(out, "proof     {buffers} buffers, {bytes} bytes in the order of filling, {nodes} nodes on the bus")?;
+            writeln!(
+                out,
+                "proof     {buffers} buffers, {bytes} bytes in the order of filling, {nodes} nodes on the bus"
+            )?;
             writeln!(
                 out,
                 "          {pairs} pairs looked at, none is a command to a node that it is not meant for"
@@ -271,7 +275,7 @@ fn told(event: &Event) -> String {
     format!("line {}: {}", event.line, event.kind)
 }
 
-fn clock(us: u64) -> String {
-    let s = us.div_ceil(1_000_000);
+fn clock(seconds: f64) -> String {
+    let s = seconds.ceil() as u64;
     format!("{}:{:02}:{:02} h", s / 3600, s / 60 % 60, s % 60)
 }

@@ -72,9 +72,8 @@ pub fn faults(
     seed: Option<u64>,
     count: Option<usize>,
 ) -> anyhow::Result<Vec<FaultSpec>> {
-    let stranger = |fault: &&FaultSpec| {
-        fault.who.is_some_and(|who| !units.iter().any(|unit| who.is(*unit)))
-    };
+    let stranger =
+        |fault: &&FaultSpec| fault.who.is_some_and(|who| !units.iter().any(|unit| who.is(*unit)));
     if let Some(fault) = list.iter().find(stranger) {
         return Err(anyhow!("fault {fault}: there is no such node on this bus"));
     }

@@ -1,0 +1,411 @@
+//! Corners under G64 → curves: what the path gives up within its tolerance, so that the machine
+//! need not slow down.
+//!
+//! ```text
+//!   before        d        · corner                  d     both ways are cut back by so much
+//!  ────────────┬───────────·                         off   d·|t₂ - t₁| / 4 between lines
+//!              P0 `- .     | off                     t₁,t₂ directions along both ways
+//!                     ` .  |
+//!                        ` | d        B(0) = P0, B'(0) = 2d·t₁
+//!                         `|          B(1) = P3, B'(1) = 2d·t₂
+//!                          ┴ P3
+//!                          │ after
+//! ```
+//!
+//! The curve is the cubic with these ends (Hermite's). Between lines it is a parabola, which a
+//! machine follows with one constant acceleration on each axis: in the time T = v·|t₂ - t₁| / A that
+//! the axes need at least for this change of speed, over d = v·T/2. So v² = 2·d·A/|t₂ - t₁|, by the
+//! axis that has least. No more is cut than the feed needs, never more than half of either way, and
+//! nothing where the corner as it is takes no more time.
+//!
+//! The curve is given in two halves, each with the line and the feed of its block. Rapids, splines and
+//! ways that move other axes than X, Y and Z keep their corners; so do events and stops. This pass
+//! knows nothing of what follows the next segment.
+
+use std::collections::VecDeque;
+use std::iter::Fuse;
+use std::sync::Arc as Shared;
+
+use crate::base::axis::AXES;
+use crate::base::{Axis, AxisMap, Machine, Point, Spline};
+use crate::path::{Arc, Corner, Curve, MeasuredSpline, PathItem, Rates, Segment};
+
+use super::Feed;
+use super::junction::Junction;
+
+/// Share of `path_tolerance_mm` that is left for the chords that ticks make of the curve.
+const CHORD_SHARE: f64 = 0.5;
+
+/// Beyond what the feed needs, for the losses of a curve that is planned in pieces.
+const SPEED_MARGIN: f64 = 1.1;
+
+/// Part of either way that a curve takes at most, unless it is exactly half: what is left is no
+/// crumb.
+const HALF_NEARLY: f64 = 0.49;
+
+/// Sharper corners stay: 150 degrees. A way back would only be turned round before its end.
+const CHANGE_MAX: f64 = 1.931_851_652_578_136_6;
+
+/// Shorter curves are rounding: the directions of what is cut back hang on it.
+const REACH_LEAST_MM: f64 = 1e-4;
+
+/// An arc turns by no more within a curve, for the cubic to stay near it.
+const ARC_MAX_RAD: f64 = 0.5;
+
+/// What a curve takes longer, planned in pieces, than at the one acceleration that would do.
+const PIECES_TAKE: f64 = 1.05;
+
+/// Places at which a curve is held against the path.
+const SAMPLES: usize = 16;
+
+/// Rounds in which a curve beside an arc is made smaller.
+const ROUNDS_MAX: usize = 8;
+
+/// A path with its corners rounded where G64 lets them be.
+pub fn blended<'a, E, I>(path: I, machine: &'a Machine, feed: Feed) -> Blended<'a, I>
+where
+    I: Iterator<Item = Result<PathItem, E>>,
+{
+    let is_on = feed == Feed::LookAhead;
+    Blended { path: path.fuse(), machine, is_on, before: None, ready: VecDeque::new() }
+}
+
+/// See [`blended`].
+#[derive(Debug)]
+pub struct Blended<'a, I> {
+    path: Fuse<I>,
+    machine: &'a Machine,
+    is_on: bool,
+    /// A segment whose end may become a curve.
+    before: Option<Rest>,
+    ready: VecDeque<PathItem>,
+}
+
+/// What is left of a segment: the way from a share of it on.
+#[derive(Debug)]
+struct Rest {
+    segment: Segment,
+    from: f64,
+}
+
+impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Blended<'_, I> {
+    type Item = Result<PathItem, E>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(item) = self.ready.pop_front() {
+                return Some(Ok(item));
+            }
+            match self.path.next() {
+                Some(Ok(PathItem::Segment(segment))) => {
+                    if self.before.is_none() && !self.may_end_in_curve(&segment) {
+                        return Some(Ok(PathItem::Segment(segment)));
+                    }
+                    self.segment(segment);
+                }
+                Some(Ok(event)) => {
+                    self.give_rest();
+                    self.ready.push_back(event);
+                }
+                Some(Err(error)) => return Some(Err(error)),
+                None => {
+                    self.give_rest();
+                    return self.ready.pop_front().map(Ok);
+                }
+            }
+        }
+    }
+}
+
+impl<I> Blended<'_, I> {
+    fn may_end_in_curve(&self, segment: &Segment) -> bool {
+        self.is_on && may_be_cut(segment)
+    }
+
+    fn segment(&mut self, segment: Segment) {
+        let mut from = 0.0;
+        let curve = self
+            .before
+            .as_ref()
+            .filter(|_| may_be_cut(&segment))
+            .and_then(|before| Turn::new(&before.segment, &segment, self.machine)?.curve());
+        match (curve, self.before.take()) {
+            (Some(curve), Some(before)) => {
+                from = curve.shares[1];
+                self.give(&before, curve.shares[0]);
+                self.ready.extend(curve.halves.map(PathItem::Segment));
+            }
+            (_, Some(before)) => self.give(&before, 1.0),
+            (_, None) => {}
+        }
+        let rest = Rest { segment, from };
+        if self.may_end_in_curve(&rest.segment) {
+            self.before = Some(rest);
+        } else {
+            self.give(&rest, 1.0);
+        }
+    }
+
+    fn give_rest(&mut self) {
+        if let Some(rest) = self.before.take() {
+            self.give(&rest, 1.0);
+        }
+    }
+
+    fn give(&mut self, rest: &Rest, to: f64) {
+        if rest.from < to {
+            self.ready.push_back(PathItem::Segment(part(&rest.segment, [rest.from, to])));
+        }
+    }
+}
+
+/// Whether curves may take parts of a segment, at its start as at its end: under G61, or where motion is
+/// bound to the spindle or to a probe, all of the way is kept.
+fn may_be_cut(segment: &Segment) -> bool {
+    let rests = |axis: &Axis| segment.from_mm[*axis] == segment.to_mm[*axis];
+    let others = Axis::ALL.iter().filter(|axis| !Axis::LINEAR.contains(axis));
+    matches!(segment.corner, Corner::Blend { .. })
+        && segment.feed_mm_s.is_some()
+        && !matches!(segment.curve, Curve::Spline(_))
+        && segment.length_mm() > 0.0
+        && others.into_iter().all(rests)
+}
+
+/// A part of a line or arc between two shares of its way.
+fn part(segment: &Segment, [from, to]: [f64; 2]) -> Segment {
+    let curve = match &segment.curve {
+        Curve::Arc(arc) => {
+            let radius_mm =
+                |share| arc.radius_from_mm + (arc.radius_to_mm - arc.radius_from_mm) * share;
+            Curve::Arc(Arc {
+                radius_from_mm: radius_mm(from),
+                radius_to_mm: radius_mm(to),
+                angle_from_rad: arc.angle_from_rad + arc.sweep_rad * from,
+                sweep_rad: arc.sweep_rad * (to - from),
+                ..*arc
+            })
+        }
+        other => other.clone(),
+    };
+    let [from_mm, to_mm] = [segment.point_at(from), segment.point_at(to)];
+    Segment { from_mm, to_mm, curve, ..*segment }
+}
+
+/// What takes the place of a corner.
+#[derive(Debug)]
+struct Blend {
+    /// Where the segment before ends now, and the one after begins.
+    shares: [f64; 2],
+    /// The curve between, up to its middle and from there on.
+    halves: [Segment; 2],
+}
+
+/// A corner that may be rounded.
+#[derive(Debug)]
+struct Turn<'a> {
+    before: &'a Segment,
+    after: &'a Segment,
+    lengths_mm: [f64; 2],
+    /// How far the curve may leave the path.
+    off_max_mm: f64,
+    /// |t₂ - t₁|: 2·sin of half the angle.
+    change: f64,
+    /// The acceleration for a change of direction: that of the axis that has least.
+    change_accel_mm_s2: f64,
+    /// The greatest reach of the curve on either way, whatever it may cut off.
+    reach_max_mm: f64,
+    sides: [Side; 2],
+    /// Speed in the corner as it is.
+    corner_mm_s: f64,
+}
+
+/// What a segment allows at the corner.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    speed_mm_s: f64,
+    /// Along the path.
+    accel_mm_s2: f64,
+}
+
+impl<'a> Turn<'a> {
+    /// None where the corner needs no slowing, or is no corner but a turn back.
+    fn new(before: &'a Segment, after: &'a Segment, machine: &Machine) -> Option<Turn<'a>> {
+        let Corner::Blend { tolerance_mm } = before.corner else { return None };
+        let rates = [before.rates_at(1.0), after.rates_at(0.0)];
+        let sides = [side(before, &rates[0], machine), side(after, &rates[1], machine)];
+        let junction = Junction::between(before, after, machine);
+        let tick_s = machine.bus.tick_s();
+        let tick_mm_s = 4.0 * machine.path_tolerance_mm / junction.turn_rad / tick_s;
+        let corner_mm_s = junction.speed_sq_max.sqrt().min(tick_mm_s);
+        if corner_mm_s >= sides[0].speed_mm_s.min(sides[1].speed_mm_s) {
+            return None;
+        }
+        let own_mm = machine.path_tolerance_mm;
+        let off_mm = tolerance_mm.unwrap_or(own_mm);
+        let lengths_mm = [before.length_mm(), after.length_mm()];
+        let changes = AxisMap::from_fn(|axis| rates[1].tangent[axis] - rates[0].tangent[axis]);
+        let change = Axis::LINEAR.map(|axis| changes[axis].powi(2)).iter().sum::<f64>().sqrt();
+        if change > CHANGE_MAX {
+            return None;
+        }
+        let chord_mm_s2 = 8.0 * CHORD_SHARE * own_mm / (tick_s * tick_s);
+        let accels =
+            machine.axes.iter().map(|axis| axis.accel_max_mm_s2 / changes[axis.axis].abs());
+        let reaches = [0, 1].map(|i| (0.5 * lengths_mm[i]).min(ARC_MAX_RAD / bend(&rates[i])));
+        Some(Turn {
+            before,
+            after,
+            lengths_mm,
+            off_max_mm: off_mm.min(off_mm.max(own_mm) - CHORD_SHARE * own_mm),
+            change,
+            change_accel_mm_s2: accels.fold(chord_mm_s2 / change, f64::min),
+            reach_max_mm: reaches[0].min(reaches[1]),
+            sides,
+            corner_mm_s,
+        })
+    }
+
+    /// The curve, if there is one that is worth it.
+    fn curve(&self) -> Option<Blend> {
+        let feed_mm_s = self.sides[0].speed_mm_s.min(self.sides[1].speed_mm_s);
+        let needed_mm = SPEED_MARGIN * feed_mm_s * feed_mm_s / (2.0 * self.change_accel_mm_s2);
+        let mut reach_mm =
+            self.reach_max_mm.min(4.0 * self.off_max_mm / self.change).min(needed_mm);
+        for _ in 0..ROUNDS_MAX {
+            reach_mm = self.without_crumbs(reach_mm);
+            if reach_mm < REACH_LEAST_MM || !self.is_worth(reach_mm) {
+                return None;
+            }
+            let shares = [1.0 - reach_mm / self.lengths_mm[0], reach_mm / self.lengths_mm[1]];
+            let points = self.points(shares, reach_mm);
+            let off_mm = self.off_mm(&points, reach_mm);
+            if off_mm <= self.off_max_mm * (1.0 + 1e-9) {
+                return Some(Blend { shares, halves: self.halves(&points)? });
+            }
+            reach_mm *= 0.95 * self.off_max_mm / off_mm;
+        }
+        None
+    }
+
+    /// A reach that takes half of a way or leaves something of it.
+    fn without_crumbs(&self, reach_mm: f64) -> f64 {
+        let [a, b] = self.lengths_mm;
+        [a, b, a, b].into_iter().fold(reach_mm, |reach_mm, length_mm| match reach_mm / length_mm {
+            share if share < 0.5 => reach_mm.min(HALF_NEARLY * length_mm),
+            _ => reach_mm,
+        })
+    }
+
+    /// Whether a curve with this reach loses less time than the corner as it is. Against running on
+    /// at the speed V, braking to v before it costs (V - v)²/(2·a·V), and a way d at v
+    /// d·(1/v - 1/V). What holds for the greatest V holds for every lower one.
+    fn is_worth(&self, reach_mm: f64) -> bool {
+        let least_mm_s = self.sides[0].speed_mm_s.min(self.sides[1].speed_mm_s);
+        let curve_mm_s = (2.0 * reach_mm * self.change_accel_mm_s2).sqrt().min(least_mm_s);
+        let lost_s = |side: Side, low_mm_s: f64, way_mm: f64| {
+            let (speed_mm_s, accel_mm_s2) = (side.speed_mm_s, side.accel_mm_s2);
+            (speed_mm_s - low_mm_s).powi(2) / (2.0 * accel_mm_s2 * speed_mm_s)
+                + way_mm * (PIECES_TAKE / low_mm_s - 1.0 / speed_mm_s)
+        };
+        let sum_s = |low_mm_s, way_mm| {
+            self.sides.iter().map(|side| lost_s(*side, low_mm_s, way_mm)).sum::<f64>()
+        };
+        // In the corner itself there is no way: 0/0 where it is a stop.
+        let corner_mm_s = self.corner_mm_s.max(f64::MIN_POSITIVE);
+        sum_s(curve_mm_s, reach_mm) < sum_s(corner_mm_s, 0.0)
+    }
+
+    /// The curve's control points: of the cubic whose derivatives at its ends are twice the reach.
+    fn points(&self, shares: [f64; 2], reach_mm: f64) -> [Point; 4] {
+        let handle_mm = 2.0 / 3.0 * reach_mm;
+        let from_mm = self.before.point_at(shares[0]);
+        let to_mm = self.after.point_at(shares[1]);
+        let t0 = self.before.rates_at(shares[0]).tangent;
+        let t1 = self.after.rates_at(shares[1]).tangent;
+        [
+            from_mm,
+            AxisMap::from_fn(|axis| from_mm[axis] + handle_mm * t0[axis]),
+            AxisMap::from_fn(|axis| to_mm[axis] - handle_mm * t1[axis]),
+            to_mm,
+        ]
+    }
+
+    /// How far the curve leaves the path: both are walked side by side, at the same share of their
+    /// way, which is never nearer than they are.
+    fn off_mm(&self, points: &[Point; 4], reach_mm: f64) -> f64 {
+        let apart_mm = |k: usize| {
+            let u = k as f64 / SAMPLES as f64;
+            let way_mm = reach_mm * (2.0 * u - 1.0);
+            let on_path = if way_mm < 0.0 {
+                self.before.point_at(1.0 + way_mm / self.lengths_mm[0])
+            } else {
+                self.after.point_at(way_mm / self.lengths_mm[1])
+            };
+            let on_curve = at(points, u);
+            let offset = Axis::LINEAR.map(|axis| (on_curve[axis] - on_path[axis]).powi(2));
+            offset.iter().sum::<f64>().sqrt()
+        };
+        (1..SAMPLES).map(apart_mm).fold(0.0, f64::max)
+    }
+
+    /// The curve up to its middle, as a part of the block before, and from there on, as one of the
+    /// block after (de Casteljau's construction).
+    fn halves(&self, points: &[Point; 4]) -> Option<[Segment; 2]> {
+        let [p0, p1, p2, p3] = points;
+        let [a, b, c] = [middle(p0, p1), middle(p1, p2), middle(p2, p3)];
+        let [ab, bc] = [middle(&a, &b), middle(&b, &c)];
+        let half_way = middle(&ab, &bc);
+        Some([
+            half(self.before, [*p0, a, ab, half_way])?,
+            half(self.after, [half_way, bc, c, *p3])?,
+        ])
+    }
+}
+
+fn side(segment: &Segment, rates: &Rates, machine: &Machine) -> Side {
+    let mut speed_sq = segment.feed_mm_s.unwrap_or(f64::INFINITY).powi(2);
+    let mut accel_mm_s2 = f64::INFINITY;
+    for profile in &machine.axes {
+        let (rate, bend) = (rates.tangent[profile.axis], rates.bend_per_mm[profile.axis]);
+        let count_mm = f64::from(machine.count_max(profile)) / profile.steps_per_mm;
+        let speed_mm_s = profile.speed_max_mm_s.min(count_mm / machine.bus.tick_s());
+        speed_sq = speed_sq.min((speed_mm_s / rate).powi(2));
+        speed_sq = speed_sq.min(profile.accel_max_mm_s2 / bend.abs());
+        accel_mm_s2 = accel_mm_s2.min(profile.accel_max_mm_s2 / rate.abs());
+    }
+    Side { speed_mm_s: speed_sq.sqrt(), accel_mm_s2 }
+}
+
+/// How the path bends, a mm.
+fn bend(rates: &Rates) -> f64 {
+    rates.bend_per_mm.0.iter().map(|bend| bend * bend).sum::<f64>().sqrt()
+}
+
+fn middle(a: &Point, b: &Point) -> Point {
+    AxisMap::from_fn(|axis| 0.5 * (a[axis] + b[axis]))
+}
+
+/// The place on a cubic, by Bernstein's polynomials.
+fn at(points: &[Point; 4], u: f64) -> Point {
+    let v = 1.0 - u;
+    let weights = [v * v * v, 3.0 * v * v * u, 3.0 * v * u * u, u * u * u];
+    let mut place = Point::ZERO;
+    for i in 0..AXES {
+        place.0[i] = (0..4).map(|k| weights[k] * points[k].0[i]).sum();
+    }
+    place
+}
+
+/// A cubic as a part of a block.
+fn half(block: &Segment, points: [Point; 4]) -> Option<Segment> {
+    let [from_mm, .., to_mm] = points;
+    let spline = Spline::bezier(points.to_vec()).ok()?;
+    Some(Segment {
+        line: block.line,
+        feed_mm_s: block.feed_mm_s,
+        from_mm,
+        to_mm,
+        curve: Curve::Spline(Shared::new(MeasuredSpline::new(&spline)?)),
+        corner: Corner::Exact,
+    })
+}

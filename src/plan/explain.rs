@@ -1,0 +1,228 @@
+//! Decisions → why each block is as fast as it is: the three candidates for the speed at its end
+//! (seed 003), the one chosen, and what bound it.
+//!
+//! ```text
+//!   v ┤      F1 .·'             F1  what acceleration from the block's start reaches at its end
+//!     │      .·'  '·. F2        F2  what braking over the next block leaves for its start
+//!     │   .·'    ●    '·.       F3  what the junction of both lets pass
+//!     │.·' block │ next  '·     ●   the least of them: the speed at the end
+//!   0 ┼──────────┴─────────── s
+//! ```
+//!
+//! All three keep the feeds and what the axes allow along both blocks. F2 is known once the next
+//! block has ended, or earlier, where the way already known is longer than any braking: memory is
+//! that of the look-ahead. Nothing is planned here.
+
+use std::collections::VecDeque;
+
+use crate::base::Machine;
+use crate::path::PathItem;
+
+use super::decisions::Decisions;
+use super::junction::Junction;
+use super::lookahead::Decided;
+use super::piece::{Piece, SPEEDS_EQUAL};
+use super::{Bound, Feed, SeamKind, Seams};
+
+/// The speeds of a block: of a move, or of what is left of it between seams.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockSpeed {
+    /// Line of the NC program, from 1.
+    pub line: u32,
+    /// Length as feed counts it.
+    pub length_mm: f64,
+    /// The feed, override included; none of a rapid.
+    pub feed_mm_s: Option<f64>,
+    /// The greatest speed.
+    pub top_mm_s: f64,
+    /// What set that.
+    pub top_bound: Bound,
+    /// F1, F2 and F3 at its end; F3 is infinite where the path goes straight on.
+    pub candidates_mm_s: [f64; 3],
+    /// The speed at its end, the least of them.
+    pub end_mm_s: f64,
+    /// What set that.
+    pub end_bound: Bound,
+}
+
+/// Tells the speeds of a path's blocks, in order; errors of the path pass through.
+pub fn explain<'a, E, I>(
+    path: I,
+    machine: &'a Machine,
+    feed: Feed,
+    seams: &'a Seams,
+) -> Explainer<'a, I>
+where
+    I: Iterator<Item = Result<PathItem, E>>,
+{
+    let decisions = Decisions::new(path, machine, feed, seams);
+    Explainer { decisions, current: None, waiting: None, ready: VecDeque::new() }
+}
+
+/// See [`explain`].
+#[derive(Debug)]
+pub struct Explainer<'a, I> {
+    decisions: Decisions<'a, I>,
+    /// The block under way.
+    current: Option<Block>,
+    /// The block before, until its F2 is known, and what is known of the way behind it.
+    waiting: Option<(BlockSpeed, Behind)>,
+    ready: VecDeque<BlockSpeed>,
+}
+
+/// A block under way.
+#[derive(Debug)]
+struct Block {
+    speed: BlockSpeed,
+    /// Square of the speed that acceleration from its start has reached.
+    reach_sq: f64,
+    /// What bounds the speed at the end of its last piece.
+    cap_bound: Bound,
+    cap_sq: f64,
+}
+
+/// The pieces behind a block's end.
+#[derive(Debug, Default)]
+struct Behind {
+    /// Each with the square of the greatest speed at its start.
+    pieces: Vec<(Piece, f64)>,
+    /// So many before it is tried again whether they suffice.
+    enough: usize,
+}
+
+/// Pieces behind a block before it is tried whether they suffice.
+const PIECES_MIN: usize = 64;
+
+impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Explainer<'_, I> {
+    type Item = Result<BlockSpeed, E>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(block) = self.ready.pop_front() {
+                return Some(Ok(block));
+            }
+            match self.decisions.next() {
+                Some(Ok(decided)) => self.take(decided),
+                Some(Err(error)) => return Some(Err(error)),
+                None => {
+                    self.rest(Bound::Stop);
+                    return self.ready.pop_front().map(Ok);
+                }
+            }
+        }
+    }
+}
+
+impl<I> Explainer<'_, I> {
+    fn take(&mut self, decided: Decided) {
+        match decided {
+            Decided::Event(_) | Decided::Seam(SeamKind::Rest) => self.rest(Bound::Stop),
+            Decided::Seam(SeamKind::Rapid | SeamKind::Cut) => self.rest(Bound::Seam),
+            Decided::Piece { piece, junction, ends_mm_s, at_seam } => {
+                if piece.shares[0] == 0.0 {
+                    self.turn(&junction, &piece);
+                }
+                self.run(piece, junction, ends_mm_s, at_seam);
+            }
+        }
+    }
+
+    /// The block under way ends at rest.
+    fn rest(&mut self, bound: Bound) {
+        self.settle();
+        if let Some(block) = self.current.take() {
+            let f1_mm_s = block.reach_sq.sqrt();
+            let candidates_mm_s = [f1_mm_s, 0.0, 0.0];
+            self.ready.push_back(BlockSpeed { candidates_mm_s, end_bound: bound, ..block.speed });
+        }
+    }
+
+    /// The block under way ends where the next begins.
+    fn turn(&mut self, junction: &Junction, next: &Piece) {
+        self.settle();
+        let Some(block) = self.current.take() else { return };
+        let mut speed = block.speed;
+        let f3_mm_s = junction.speed_sq_max.sqrt();
+        speed.candidates_mm_s = [block.reach_sq.sqrt(), f64::INFINITY, f3_mm_s];
+        let end_sq = speed.end_mm_s * speed.end_mm_s;
+        let is_at = |limit_sq: f64| end_sq >= limit_sq * (1.0 - SPEEDS_EQUAL);
+        speed.end_bound = if is_at(junction.speed_sq_max) {
+            junction.bound
+        } else if is_at(block.cap_sq) {
+            block.cap_bound
+        } else if is_at(next.ends_sq_max[0]) {
+            next.bounds[0]
+        } else {
+            Bound::Acceleration
+        };
+        self.waiting = Some((speed, Behind { pieces: Vec::new(), enough: PIECES_MIN }));
+    }
+
+    fn run(&mut self, piece: Piece, junction: Junction, ends_mm_s: [f64; 2], at_seam: bool) {
+        let ramp = piece.ramp(ends_mm_s);
+        let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
+        let top_bound = match piece.bound(ends_mm_s, &ramp) {
+            Bound::Acceleration if at_seam => Bound::Seam,
+            bound => bound,
+        };
+        let block = self.current.get_or_insert_with(|| Block {
+            speed: BlockSpeed {
+                line: piece.segment.line,
+                length_mm: 0.0,
+                feed_mm_s: piece.segment.feed_mm_s,
+                top_mm_s: 0.0,
+                top_bound,
+                candidates_mm_s: [0.0; 3],
+                end_mm_s: 0.0,
+                end_bound: Bound::Stop,
+            },
+            reach_sq: ends_mm_s[0] * ends_mm_s[0],
+            cap_bound: top_bound,
+            cap_sq: 0.0,
+        });
+        block.reach_sq = piece.exit_sq_max(block.reach_sq.min(junction.speed_sq_max));
+        (block.cap_sq, block.cap_bound) = (piece.ends_sq_max[1], piece.bounds[1]);
+        block.speed.length_mm += piece.length_mm;
+        block.speed.end_mm_s = ends_mm_s[1];
+        if top_mm_s > block.speed.top_mm_s {
+            (block.speed.top_mm_s, block.speed.top_bound) = (top_mm_s, top_bound);
+        }
+        let Some((_, behind)) = &mut self.waiting else { return };
+        behind.pieces.push((piece, junction.speed_sq_max));
+        if behind.pieces.len() >= behind.enough {
+            behind.enough *= 2;
+            self.try_settle(ends_mm_s[1]);
+        }
+    }
+
+    /// The F2 of the block that waits is known, with all of the block behind it.
+    fn settle(&mut self) {
+        let exit_mm_s = self.current.as_ref().map_or(0.0, |block| block.speed.end_mm_s);
+        let Some((mut speed, behind)) = self.waiting.take() else { return };
+        speed.candidates_mm_s[1] = behind.entry_sq(exit_mm_s * exit_mm_s).sqrt();
+        self.ready.push_back(speed);
+    }
+
+    /// The same, if it does not hang on what else there is of the block behind.
+    fn try_settle(&mut self, exit_mm_s: f64) {
+        let Some((speed, behind)) = &mut self.waiting else { return };
+        let most_sq = behind.entry_sq(f64::INFINITY);
+        if behind.entry_sq(exit_mm_s * exit_mm_s) >= most_sq * (1.0 - SPEEDS_EQUAL) {
+            speed.candidates_mm_s[1] = most_sq.sqrt();
+            self.ready.push_back(*speed);
+            self.waiting = None;
+        }
+    }
+}
+
+impl Behind {
+    /// Square of the greatest speed at the start from which the speed at the end can be met.
+    fn entry_sq(&self, exit_sq: f64) -> f64 {
+        let (mut speed_sq, mut limit_sq) = (exit_sq, f64::INFINITY);
+        for (piece, start_limit_sq) in self.pieces.iter().rev() {
+            speed_sq = piece.entry_sq_max(speed_sq.min(limit_sq));
+            limit_sq = *start_limit_sq;
+        }
+        speed_sq
+    }
+}
