@@ -3,8 +3,8 @@
 use cnc::base::machine::Unit;
 use cnc::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use cnc::wire::{
-    During, End, Ending, ExecutedTick, Fault, Job, Master, MasterEvent, Nodes, Position, Step,
-    Timing, lint,
+    Activity, During, End, Ending, ExecutedTick, Fault, Job, Master, MasterEvent, Node, Nodes,
+    Position, Step, Timing, lint,
 };
 use cnc::wire_io::{Link, LinkError, Operator, Sim, drive};
 use proptest::prelude::*;
@@ -103,7 +103,8 @@ impl Link for Wire {
         self.sim.now_us()
     }
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        if bytes == [0] {
+        let fills = |node: &Node| node.activity() == Activity::Filling;
+        if bytes == [0] && !self.sim.nodes().iter().any(|(_, node)| fills(node)) {
             if self.singles_us.len() % 3 == 2 {
                 let until_us = self.sim.now_us() + self.stall_us;
                 self.sim.receive(&mut Vec::new(), until_us, None)?;

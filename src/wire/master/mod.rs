@@ -1,6 +1,7 @@
 //! A job → bytes for the bus, answers checked, sync bytes paced: the host, without IO or clock.
 //!
-//! For each buffer: ping and fill every node that takes part, start, then one sync byte a tick.
+//! For each buffer: ping and fill every node that takes part, ping all of them, start, one sync byte a
+//! tick, ping all of them.
 //! Rules: no question without its answer; sync byte k+1 leaves at max(t_k + period, answer_k), so a
 //! late host slides the schedule and never catches up; pads run as fast as answers come. What it
 //! cannot see: a servant that missed a byte (H14).
@@ -140,7 +141,6 @@ pub struct Master {
     script: VecDeque<Action>,
     /// Step of the job that comes next.
     step: usize,
-    last_pings_sent: bool,
     /// When the last byte handed out has left the wire.
     wire_free_ns: u64,
     /// The nodes still pause after an answer.
@@ -181,7 +181,6 @@ impl Master {
             state: State::Next,
             script: VecDeque::new(),
             step: 0,
-            last_pings_sent: false,
             wire_free_ns: 0,
             quiet_until_us: 0,
             hold: Hold::No,
@@ -406,10 +405,6 @@ impl Master {
                     self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
                 }
                 self.script.extend(script::buffer(buffer, at));
-            }
-            None if !self.last_pings_sent && self.buffers_done > 0 => {
-                self.last_pings_sent = true;
-                self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
             }
             None => self.end(End::Done),
         }
