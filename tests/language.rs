@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
-use cnc::gcode::{LATHE_CODES, codes, foreign, rules};
+use cnc::gcode::{LATHE_CODES, codes, foreign, rules, words};
 use cnc::interp::{self, Checked, Dialect, Motion, Move, MoveKind, Options};
 use proptest::prelude::*;
 
@@ -229,8 +229,12 @@ fn the_reference_is_that_of_the_tables() {
     );
     for code in codes::CODES {
         let supported = if code.op.is_some() { "yes" } else { "no" };
-        let (name, group, words) = (code.name(), code.group.name(), code.letters());
+        let (name, group, words) = (code.name(), code.group.name(), code.letters().concat());
         text += &format!("| {name} | {group} | {words} | {supported} | {} |\n", code.meaning);
+    }
+    text += "\n## Words\n\n| word | meaning | example |\n|---|---|---|\n";
+    for row in words::WORDS {
+        text += &format!("| `{}` | {} | `{}` |\n", row.name, row.meaning, row.example);
     }
     text += "\n## Codes of lathes\n\nIn the dialect `fanuc-lathe` these codes mean something else; all \
              others are those above.\n\n| code | group | supported | meaning |\n|---|---|---|---|\n";

@@ -174,13 +174,30 @@ impl Writer {
             Part::Repeat(count, parts) if self.form.calls => {
                 self.count += 1;
                 let number = self.count;
-                self.line(&format!("M98 P{number} L{count}"));
                 let outside = std::mem::take(&mut self.text);
                 self.parts(parts);
                 let body = std::mem::replace(&mut self.text, outside);
-                self.subprograms += &format!("O{number}\n{body}M99\n");
+                self.repeat(number, *count, &body);
             }
             Part::Repeat(count, parts) => (0..*count).for_each(|_| self.parts(parts)),
+        }
+    }
+
+    /// A body that runs so often, in one of the ways to say so.
+    fn repeat(&mut self, number: u32, count: u8, body: &str) {
+        match number % 5 {
+            0 => self.line(&format!("o{number} repeat [{count}]\n{body}o{number} endrepeat")),
+            1 => {
+                (0..count).for_each(|_| self.line(&format!("o{number} call")));
+                self.subprograms += &format!("o{number} sub\n{body}o{number} endsub\n");
+                return;
+            }
+            2 => self.line(&format!("GR P{number} L{count}")),
+            3 => self.line(&format!("G65 P{number} L{count}")),
+            _ => self.line(&format!("M98 P{number} L{count}")),
+        }
+        if !number.is_multiple_of(5) {
+            self.subprograms += &format!("O{number}\n{body}M99\n");
         }
     }
 
@@ -279,6 +296,39 @@ fn check(parts: &[Part], one: Form, other: Form) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// Blocks of straight moves, and modes between them; some are wrong.
+fn blocks() -> impl Strategy<Value = Vec<String>> {
+    let modes = [
+        "G20",
+        "G21",
+        "G90",
+        "G91",
+        "G52 X1 Z2.5",
+        "G68 X0 Y0 R30",
+        "G69",
+        "G51 X0 Y0 Z0 P2",
+        "G50",
+        "G7",
+        "G8",
+        "G61.1",
+        "G64 P0.1",
+        "G80",
+        "G55",
+        "G41.1 D1",
+        "G40",
+        "G16",
+        "G15",
+    ];
+    let number = "-?[0-9]{1,3}\\.[0-9]{0,4}";
+    let words = ["(X{} ?)?", "(Y{} ?)?", "(Z{} ?)?", "(A{} ?)?"].concat().replace("{}", number);
+    let block = proptest::string::string_regex(&format!("(G[01] ?)?{words}(F[1-9][0-9]{{2}} ?)?"));
+    let block = prop_oneof![
+        9 => block.unwrap(),
+        1 => proptest::sample::select(modes.to_vec()).prop_map(str::to_owned),
+    ];
+    proptest::collection::vec(block, 1..30)
+}
+
 const METRIC: Form = Form { inches: false, absolute: false, calls: false };
 
 proptest! {
@@ -299,5 +349,24 @@ proptest! {
     #[test]
     fn subprograms_are_what_they_unroll_to(parts in parts()) {
         check(&parts, METRIC, Form { calls: true, ..METRIC })?;
+    }
+
+    /// A block with a code more is executed in another way: one that asks what stands in it.
+    #[test]
+    fn plain_moves_are_what_they_are_beside_a_code_that_changes_nothing(blocks in blocks()) {
+        let machine = Machine::load("ideal").unwrap();
+        let run = |code: &str| {
+            let numbered = blocks.iter().enumerate();
+            let text: String = numbered.map(|(n, block)| format!("N{n} {block} {code}\n")).collect();
+            let source = Source::memory("test.nc", format!("F500\n{text}M2\n").as_bytes());
+            let options = Options::default();
+            let checked = interp::check(&source, &machine, &options, 100).unwrap();
+            let motions: Vec<_> = interp::motions(&source, &machine, &options)
+                .map_while(Result::ok)
+                .collect();
+            let told = checked.diagnostics.iter().map(|found| (found.span.line, found.rule));
+            (told.collect::<Vec<_>>(), checked.summary, motions)
+        };
+        prop_assert_eq!(run(""), run("G94"));
     }
 }

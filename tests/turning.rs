@@ -29,9 +29,20 @@ fn lathe_programs_are_refused_at_the_right_word() {
     for (text, expected) in [
         ("G0 X5 U2\nM30", &["repeated-word 1:7"][..]),
         ("G91 X5\nM30", &["unsupported-word 1:1"]),
-        ("G75 R1\nG75 X4 Z-3 P100\nM30", &["unsupported-word 1:1", "unsupported-word 2:1"]),
         // The axis words of blocks in the force of a code that is not supported.
-        ("G83 X1 Z-3 K1\nX2 Y2 Q1\nX500\nG80\nM30", &["unsupported-word 1:1"]),
+        ("G81 X1 Z-3 K1\nX2 Y2 Q1\nX500\nG80\nM30", &["unsupported-word 1:1"]),
+        ("S9 M3 F.1\nG75 R1\nG75 X4 Z-3 P100\nM30", &["missing-word 3:1"]),
+        ("S9 M3 F.1\nG75 X4 P0\nM30", &["bad-value 2:8"]),
+        ("S9 M3 F.1\nG74 R1\nG74 X4 P1000\nM30", &["missing-word 3:1"]),
+        ("S9 M3 F.1\nG74 Z-30 Q1\nM30", &["bad-value 2:1"]),
+        ("S9 M3 F.1\nG74\nM30", &["missing-word 2:1"]),
+        ("S9 M3 F.1\nG83 X4 R-1\nM30", &["missing-word 2:1"]),
+        ("S9 M3 F.1\nG83 Z-4 R1\nM30", &["cycle-level 2:1"]),
+        ("S9 M3 F.1\nG83 Z-4 R-5\nM30", &["cycle-level 2:1"]),
+        ("S9 M3 F.1\nG83 Z-30 Q1\nM30", &["bad-value 2:1"]),
+        ("S9 F1\nG98\nF1 G84 Z-4\nM30", &["spindle-stopped 3:1"]),
+        ("S9 M3 F.1\nG85 Z-4 Q1\nM30", &["unused-word 2:9"]),
+        ("S9 M3 F.1\nG0 X9\nG71 P1 Q2 I1\nN1 X5\nN2 Z-5\nM30", &["unused-word 3:11"]),
         ("G50\nM30", &["missing-word 1:1"]),
         ("G1 X5 F.1\nM30", &["no-spindle-speed 1:1"]),
         ("G96 S100 M3\nG32 Z-5 F1\nM30", &["no-spindle-speed 2:1"]),
@@ -43,13 +54,18 @@ fn lathe_programs_are_refused_at_the_right_word() {
             "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nG1 Z-5\nX3\nN2 X9 Z-9\nM30",
             &["contour 4:1"],
         ),
+        ("S9 M3 F.1\nG0 X9 Z1\nG70 P2 Q1\nN1 G0 X5\nN2 Z-5\nM30", &["unknown-label 3:1"]),
         (
             "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nM98 P3\nN2 X9 Z-9\nM30",
             &["contour 6:1"],
         ),
-        ("S9 M3\nG0 X9\nG76 X7 Z-9 P0 Q100 F1\nM30", &["bad-value 3:12"]),
+        ("S9 M3\nG0 X9\nG76 P010060\nG76 X7 Z-9 P0 Q100 F1\nM30", &["bad-value 4:12"]),
+        // No block before has said how threads are cut.
+        ("S9 M3\nG0 X9\nG76 X7 Z-9 P500 Q100 F1\nM30", &["missing-word 3:1"]),
+        ("S9 M3\nG0 X9\nG76 X7 Z-9 K1 F1\nM30", &["missing-word 3:1"]),
+        ("S9 M3\nG0 X9\nG76 X7 Z-9 K1 D100 P2 F1\nM30", &["unsupported-word 3:20"]),
         ("S9 M3\nG0 X9\nG76 X7 Z-9 P5000 F1\nM30", &["missing-word 3:1"]),
-        ("S9 M3\nG0 X9\nG76 X7 P500 Q100 F1\nM30", &["missing-word 3:1"]),
+        ("S9 M3\nG0 X9\nG76 P010060\nG76 X7 P500 Q100 F1\nM30", &["missing-word 4:1"]),
         // A finishing cut deeper than the thread, a pull-out longer than it.
         ("S9 M3\nG0 X9\nG76 P010060 R5\nG76 X7 Z-9 P500 Q100 F1\nM30", &["bad-value 4:12"]),
         ("S9 M3\nG0 X9\nG76 P019960\nG76 X7 Z-9 P500 Q100 F1\nM30", &["bad-value 4:1"]),
@@ -85,6 +101,36 @@ fn lathe_programs_lead_where_they_say() {
         (
             "S100 M3 F.1\nG0 X20 Z1\nG94 X8 Z-2 R-1\nM30",
             &["10 1", "10 -3", "4 -2 10", "4 1 10", "10 1"],
+        ),
+        // What has a point is no thousandth; the first column has no relief.
+        (
+            "S100 M3 F.1\nG0 X10 Z0\nG75 R.5\nG75 X6 Z-1 P1.5 Q1000 R.2\nM30",
+            &[
+                "5 0",
+                "3.5 0 10",
+                "4 0",
+                "3 0 10",
+                "5 0",
+                "5 -1",
+                "3.5 -1 10",
+                "4 -1",
+                "3 -1 10",
+                "3 -0.8",
+                "5 -0.8",
+                "5 0",
+            ],
+        ),
+        // A cycle ends where it began; a contour that lies behind is no loop.
+        (
+            "S100 M3 F.1\nG0 X10 Z1\nG71 P1 Q2 D9000\nN1 G0 X4\nN2 G1 Z-3\nG73 P1 Q2 D1\nM30",
+            &["5 1", "2 1", "2 -3 10", "5 1", "2 1", "2 -3 10", "5 1"],
+        ),
+        (
+            "S100 M3 F.1\nG0 Z5\nG83 X8 W-3 R-2\nX4 K2\nG80 G0 X0\nM30",
+            &[
+                "0 5", "4 5", "4 3", "4 0 10", "4 3", "4 5", "2 5", "2 3", "2 0 10", "2 3", "2 5",
+                "2 3", "2 0 10", "2 3", "2 5", "0 5",
+            ],
         ),
         (
             "S100 M3 F.1\nG0 X10 Z0\nG72 W2 R1\nG72 P1 Q2 U0 W0\nN1 G0 Z-3\nN2 G1 X4 Z0\nM30",

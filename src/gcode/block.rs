@@ -3,12 +3,13 @@
 use std::fmt;
 
 use super::control::{Assignment, Statement};
-use super::expr::{Formula, Step, written};
+use super::expr::{Formula, Step, value_written};
+use super::number::short;
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
-    /// Upper-case letter, or `@`, `^`, `$`.
+    /// Upper-case letter, or `@`, `^`, `$`, or one of [`COMMA_A`], [`COMMA_C`], [`COMMA_R`].
     pub letter: u8,
     /// The number, as written: no unit is known here.
     pub value: f64,
@@ -18,10 +19,27 @@ pub struct Word {
     pub end: u32,
 }
 
-/// As in the program, in the shortest form that reads back as the same word.
+/// The letter of `,A`: the angle of a line.
+pub const COMMA_A: u8 = 27;
+/// The letter of `,C`: a chamfer at the end of a line.
+pub const COMMA_C: u8 = 28;
+/// The letter of `,R`: a fillet at the end of a line or an arc.
+pub const COMMA_R: u8 = 29;
+
+/// A word's letter as it is written: `X`, or `,R`.
+pub fn letter_name(letter: u8) -> String {
+    match letter {
+        COMMA_A => ",A".to_owned(),
+        COMMA_C => ",C".to_owned(),
+        COMMA_R => ",R".to_owned(),
+        _ => char::from(letter).to_string(),
+    }
+}
+
+/// As people read it, for messages.
 impl fmt::Display for Word {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", char::from(self.letter), self.value)
+        write!(f, "{}{}", letter_name(self.letter), short(self.value))
     }
 }
 
@@ -83,6 +101,8 @@ pub struct Block {
     pub call: Option<Call>,
     words: Vec<Word>,
     present: u32,
+    /// Whether a letter stands more than once.
+    repeats: bool,
     /// Where in `words` the first word of each letter stands; valid where `present` says so.
     places: [u16; 32],
     /// Whether `extras` is empty.
@@ -98,6 +118,7 @@ impl Default for Block {
             call: None,
             words: Vec::with_capacity(16),
             present: 0,
+            repeats: false,
             places: [0; 32],
             is_plain: true,
             extras: Extras::default(),
@@ -121,7 +142,8 @@ impl PartialEq for Block {
     }
 }
 
-/// The place of a word's letter among 32: `@` 0, `A` to `Z` 1 to 26, `^` 30, `$` 31.
+/// The place of a word's letter among 32: `@` 0, `A` to `Z` 1 to 26, `,A` `,C` `,R` 27 to 29, `^`
+/// 30, `$` 31.
 const fn letter_place(letter: u8) -> u8 {
     if letter == b'$' { 31 } else { letter & 31 }
 }
@@ -150,7 +172,7 @@ impl Block {
         self.percent = false;
         self.call = None;
         self.words.clear();
-        self.present = 0;
+        (self.present, self.repeats) = (0, false);
         if !self.is_plain {
             self.is_plain = true;
             self.extras.code.clear();
@@ -216,14 +238,14 @@ impl Block {
         self.delete = other.delete;
         self.call = other.call;
         self.words.extend_from_slice(&other.words);
-        self.present = other.present;
+        (self.present, self.repeats) = (other.present, other.repeats);
         self.places = other.places;
     }
 
     /// Takes words out: those at the places given, which are in order.
     pub fn leave_out(&mut self, places: &[u16]) {
         let words = std::mem::take(&mut self.words);
-        self.present = 0;
+        (self.present, self.repeats) = (0, false);
         for (place, word) in words.into_iter().enumerate() {
             if places.binary_search(&(place as u16)).is_err() {
                 self.push_again(word);
@@ -234,7 +256,7 @@ impl Block {
     /// Puts words in the place of others: those of `letters` go, `words` come to the end.
     pub fn replace(&mut self, letters: u32, words: impl IntoIterator<Item = Word>) {
         let before = std::mem::take(&mut self.words);
-        self.present = 0;
+        (self.present, self.repeats) = (0, false);
         let stay = before.into_iter().filter(|word| letters & letter_bit(word.letter) == 0);
         for word in stay.chain(words) {
             self.push_again(word);
@@ -249,6 +271,11 @@ impl Block {
     /// The letters that occur, as a set: see [`letter_bit`].
     pub fn letters(&self) -> u32 {
         self.present
+    }
+
+    /// Whether a letter occurs more than once.
+    pub fn repeats_letter(&self) -> bool {
+        self.repeats
     }
 
     /// Whether a letter occurs.
@@ -294,7 +321,9 @@ impl Block {
             self.present |= bit;
             // A line of 64 KiB holds at most 32 Ki words.
             self.places[usize::from(letter_place(word.letter))] = self.words.len() as u16;
-        } else if word.letter != b'G' && word.letter != b'M' {
+        } else if word.letter == b'G' || word.letter == b'M' {
+            self.repeats = true;
+        } else {
             return Err(word);
         }
         self.words.push(word);
@@ -304,6 +333,7 @@ impl Block {
     /// Adds a word whose letter may stand there already.
     pub(super) fn push_again(&mut self, word: Word) {
         if self.push(word).is_err() {
+            self.repeats = true;
             self.words.push(word);
         }
     }
@@ -339,14 +369,14 @@ impl fmt::Display for Block {
         for (place, word) in self.words.iter().enumerate() {
             match self.values().iter().find(|(of, _)| usize::from(*of) == place) {
                 Some((_, formula)) => {
-                    let letter = char::from(word.letter);
-                    write!(f, "{separator}{letter}[{}]", written(self.code(*formula)))?;
+                    let value = value_written(self.code(*formula));
+                    write!(f, "{separator}{}{value}", letter_name(word.letter))?;
                 }
-                None => write!(f, "{separator}{word}")?,
+                None => write!(f, "{separator}{}{}", letter_name(word.letter), word.value)?,
             }
             separator = " ";
         }
-        let code = |formula| written(self.code(formula));
+        let code = |formula| self.code(formula);
         if let Some(statement) = self.statement() {
             write!(f, "{separator}{}", statement.written(code))?;
             separator = " ";

@@ -3,10 +3,11 @@
 //!
 //! A new code is a row here, an arm in `interp` and a sample.
 
-use super::block::{letter_bit, letter_set};
+use super::block::{COMMA_A, COMMA_C, COMMA_R, letter_bit, letter_name, letter_set};
 
 pub use super::ops::{
-    Cycle, Follow, Function, Modes, Op, Pockets, Single, SplineCode, Stock, Turn,
+    Cycle, Follow, Function, Groove, Hole, HoleKind, LatheCode, Modes, Op, Pockets, Single,
+    SplineCode, Stock, Turn,
 };
 
 /// The modal groups, in the order in which the codes of one block are executed: that of
@@ -130,9 +131,9 @@ pub struct Code {
 
 impl Code {
     /// The letters that it makes use of, beside the axes of a motion.
-    pub fn letters(&self) -> String {
+    pub fn letters(&self) -> Vec<String> {
         let has = |letter: &u8| self.words & letter_bit(*letter) != 0;
-        (b'A'..=b'Z').filter(has).map(char::from).collect()
+        (b'A'..=b'Z').chain([COMMA_A, COMMA_C, COMMA_R]).filter(has).map(letter_name).collect()
     }
 
     /// As it is written: `G61.1`.
@@ -151,6 +152,8 @@ pub const AXIS_LETTERS: u32 = letter_set("XYZABCUVW");
 pub const ARC_LETTERS: u32 = letter_set("IJKR");
 /// Letters that need no code to make use of them.
 pub const FREE_LETTERS: u32 = letter_set("FGMNOST$");
+/// Letters of drawing dimensions: the angle of a line, and what becomes of the corner at its end.
+pub const CORNER_LETTERS: u32 = letter_bit(COMMA_A) | letter_bit(COMMA_C) | letter_bit(COMMA_R);
 /// Letters of LinuxCNC's polar coordinates: the radius and the angle.
 pub const POLAR_LETTERS: u32 = letter_set("@^");
 
@@ -160,7 +163,10 @@ const USER_LAST: u16 = 1990;
 
 const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'static str) -> Code {
     let words = match op {
-        Some(Op::ArcClockwise | Op::ArcCounterClockwise) => ARC_LETTERS | letter_bit(b'P'),
+        Some(Op::Line) => CORNER_LETTERS,
+        Some(Op::ArcClockwise | Op::ArcCounterClockwise) => {
+            ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_R)
+        }
         Some(Op::Spline(code)) => code.words(),
         Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
@@ -340,6 +346,13 @@ const fn index(letter: u8) -> [u8; 1001] {
 const CODES_COUNT: usize = CODES.len();
 static G_ROWS: [u8; 1001] = index(b'G');
 static M_ROWS: [u8; 1001] = index(b'M');
+
+/// A G or M word's number as it is meant: what lies within 0.0001 of a tenth is that tenth
+/// (RS274/NGC), for expressions are rounded.
+pub fn nearest(number: f64) -> f64 {
+    let tenths = (number * 10.0).round();
+    if (number * 10.0 - tenths).abs() <= 1e-3 { tenths / 10.0 } else { number }
+}
 
 /// The row of a G or M word, if there is one.
 pub fn find(letter: u8, number: f64) -> Option<&'static Code> {

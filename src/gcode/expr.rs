@@ -11,11 +11,15 @@
 use std::fmt;
 use std::rc::Rc;
 
+use super::name::Name;
 use super::number::{NUMBER_MAX, SyntaxError, is_blank, number};
 
 /// Brackets, signs and `#` within each other, at most: far beyond what anybody writes, far below
 /// what a stack holds.
 const DEPTH_MAX: usize = 64;
+
+/// Bytes of a name at most: a line of RS274/NGC has no more.
+const NAME_BYTES_MAX: usize = 255;
 
 /// Greatest number of a parameter that can be written.
 const PARAMETER_MAX: f64 = 99_999.0;
@@ -30,15 +34,20 @@ pub enum Step {
     /// The value of the parameter whose number lies on the stack: `##1`, `#[…]`.
     Indirect,
     /// The value of `#<name>`, in lower case without blanks.
-    Named(Rc<str>),
+    Named(Rc<Name>),
     /// 1 if `#<name>` is set, 0 if not.
-    Exists(Rc<str>),
+    Exists(Rc<Name>),
     /// The value with its sign changed.
     Negate,
     /// A function of one value.
     Function(Function),
     /// Two values become one.
     Binary(Binary),
+    /// The value and a number become one: most operators have a number or a parameter behind them,
+    /// which then need not be put on the stack first.
+    WithNumber(Binary, f64),
+    /// The value and that of `#1` become one.
+    WithParameter(Binary, u32),
 }
 
 macro_rules! words {
@@ -103,6 +112,8 @@ pub(super) struct NoExpression {
     /// Bytes of the line that were left where reading stopped.
     pub left: usize,
     pub message: String,
+    /// What to write instead, where the byte that stopped the reading does not tell.
+    pub help: Option<&'static str>,
 }
 
 type Read<T> = Result<T, NoExpression>;
@@ -178,23 +189,34 @@ impl<'a, 'c> Reader<'a, 'c> {
     }
 
     /// A name in `< >`, in lower case and without blanks.
-    pub fn name(&mut self) -> Read<Rc<str>> {
+    pub fn name(&mut self) -> Read<String> {
         self.takes(b'<');
         let Some(length) = self.rest.iter().position(|byte| *byte == b'>') else {
-            return self.fail("this name has no end: > is missing");
+            return self.no_parameter("this name has no end: > is missing");
         };
         let text: Vec<u8> =
             self.rest[..length].iter().copied().filter(|byte| !is_blank(*byte)).collect();
         // As RS274/NGC: all but what would end the name or begin a comment.
+        if text.len() > NAME_BYTES_MAX {
+            return self.no_parameter(format!("a name has at most {NAME_BYTES_MAX} bytes"));
+        }
         if text.is_empty() || text.iter().any(|byte| b"<(;".contains(byte)) {
-            return self.fail("this is no name: it is empty, or holds one of < ( ;");
+            return self.no_parameter("this is no name: it is empty, or holds one of < ( ;");
         }
         self.rest = &self.rest[length + 1..];
-        Ok(Rc::from(String::from_utf8_lossy(&text).to_lowercase()))
+        Ok(String::from_utf8_lossy(&text).to_lowercase())
     }
 
     pub fn fail<T>(&self, message: impl fmt::Display) -> Read<T> {
-        Err(NoExpression { left: self.rest.len(), message: message.to_string() })
+        Err(NoExpression { left: self.rest.len(), message: message.to_string(), help: None })
+    }
+
+    /// Fails where the byte that stands here tells nothing of what was meant.
+    fn no_parameter<T>(&self, message: impl fmt::Display) -> Read<T> {
+        let help = Some(
+            "#1 is a parameter, #<name> a named one, #[#1 + 2] that of a number, o<name> a label",
+        );
+        Err(NoExpression { left: self.rest.len(), message: message.to_string(), help })
     }
 
     fn formula(&mut self, read: impl FnOnce(&mut Self) -> Read<()>) -> Read<Formula> {
@@ -214,8 +236,18 @@ impl<'a, 'c> Reader<'a, 'c> {
                 break;
             }
             self.rest = rest;
+            let second = self.code.len();
             self.expression(operator.precedence() + 1)?;
-            self.code.push(Step::Binary(operator));
+            let step = match self.code.get(second..) {
+                Some([Step::Number(value)]) => Step::WithNumber(operator, *value),
+                Some([Step::Parameter(number)]) => Step::WithParameter(operator, *number),
+                _ => {
+                    self.code.push(Step::Binary(operator));
+                    continue;
+                }
+            };
+            self.code.truncate(second);
+            self.code.push(step);
         }
         Ok(())
     }
@@ -290,16 +322,19 @@ impl<'a, 'c> Reader<'a, 'c> {
         match self.peek() {
             Some(b'<') => {
                 let name = self.name()?;
-                self.code.push(Step::Named(name));
+                self.code.push(Step::Named(Rc::new(Name::new(&name))));
                 return Ok(());
             }
             Some(b'0'..=b'9' | b'[' | b'#') => self.operand()?,
-            _ => return self.fail("# is not followed by the number or <name> of a parameter"),
+            _ => {
+                return self
+                    .no_parameter("# is not followed by the number or <name> of a parameter");
+            }
         }
         match self.code.get(start) {
             Some(Step::Number(value)) if self.code.len() == start + 1 => {
                 if value.fract() != 0.0 || !(0.0..=PARAMETER_MAX).contains(value) {
-                    return self.fail(format!("there is no parameter #{value}"));
+                    return self.no_parameter(format!("there is no parameter #{value}"));
                 }
                 self.code[start] = Step::Parameter(*value as u32);
             }
@@ -320,11 +355,11 @@ impl<'a, 'c> Reader<'a, 'c> {
         }
         if self.takes_word("EXISTS") {
             let is_name = self.takes(b'[') && self.takes(b'#') && self.peek() == Some(b'<');
-            let name = if is_name { self.name()? } else { Rc::from("") };
+            let name = if is_name { self.name()? } else { String::new() };
             if !is_name || !self.takes(b']') {
                 return self.fail("EXISTS is written as EXISTS[#<name>]");
             }
-            self.code.push(Step::Exists(name));
+            self.code.push(Step::Exists(Rc::new(Name::new(&name))));
             return Ok(());
         }
         let mut functions = Function::ALL.iter();
@@ -350,30 +385,91 @@ pub(super) fn after_word<'a>(mut line: &'a [u8], word: &str) -> Option<&'a [u8]>
     Some(line)
 }
 
-/// The code in brackets as it is written, `#` and functions as they need none.
-pub(super) fn written(code: &[Step]) -> String {
-    let mut parts: Vec<String> = Vec::new();
+/// A piece of code as it is written, and how tightly it binds: [`OPERAND`] where it is one value.
+struct Written {
+    text: String,
+    precedence: u8,
+}
+
+/// What binds more tightly than any operator.
+const OPERAND: u8 = 6;
+
+impl Written {
+    fn operand(text: String) -> Written {
+        Written { text, precedence: OPERAND }
+    }
+
+    /// With brackets, if it binds less tightly than that.
+    fn at_least(self, precedence: u8) -> String {
+        if self.precedence < precedence { format!("[{}]", self.text) } else { self.text }
+    }
+
+    /// Before an operator and what stands behind that.
+    fn with(self, operator: Binary, second: Written) -> Written {
+        if operator == Binary::Atan {
+            return Written::operand(format!("ATAN[{}]/[{}]", self.text, second.text));
+        }
+        let precedence = operator.precedence();
+        let (first, second) = (self.at_least(precedence), second.at_least(precedence + 1));
+        Written { text: format!("{first} {} {second}", operator.name()), precedence }
+    }
+
+    /// As the number of a parameter, behind its #.
+    fn behind_hash(self) -> String {
+        let text = self.at_least(OPERAND);
+        if text.starts_with(['#', '[']) { text } else { format!("[{text}]") }
+    }
+}
+
+fn steps_written(code: &[Step]) -> Written {
+    let mut parts: Vec<Written> = Vec::new();
     for step in code {
-        let mut take = || parts.pop().unwrap_or_default();
+        // The reader of expressions puts no step where its values are missing.
+        let mut take = || parts.pop().unwrap_or_else(|| Written::operand(String::new()));
         let part = match step {
-            Step::Number(value) => value.to_string(),
-            Step::Parameter(number) => format!("#{number}"),
-            Step::Named(name) => format!("#<{name}>"),
-            Step::Exists(name) => format!("EXISTS[#<{name}>]"),
-            Step::Indirect => format!("#[{}]", take()),
-            Step::Negate => format!("-[{}]", take()),
-            Step::Function(function) => format!("{}[{}]", function.name(), take()),
+            Step::Number(value) => Written::operand(value.to_string()),
+            Step::Parameter(number) => Written::operand(format!("#{number}")),
+            Step::Named(name) => Written::operand(format!("#<{name}>")),
+            Step::Exists(name) => Written::operand(format!("EXISTS[#<{name}>]")),
+            Step::Indirect => Written::operand(format!("#{}", take().behind_hash())),
+            Step::Negate => Written::operand(format!("-{}", take().at_least(OPERAND))),
+            Step::Function(function) => {
+                Written::operand(format!("{}[{}]", function.name(), take().text))
+            }
             Step::Binary(operator) => {
-                let (second, first) = (take(), take());
-                match operator {
-                    Binary::Atan => format!("ATAN[{first}]/[{second}]"),
-                    _ => format!("[{first} {} {second}]", operator.name()),
-                }
+                let second = take();
+                take().with(*operator, second)
+            }
+            Step::WithNumber(operator, value) => {
+                take().with(*operator, Written::operand(value.to_string()))
+            }
+            Step::WithParameter(operator, number) => {
+                take().with(*operator, Written::operand(format!("#{number}")))
             }
         };
         parts.push(part);
     }
-    parts.pop().unwrap_or_default()
+    parts.pop().unwrap_or_else(|| Written::operand(String::new()))
+}
+
+/// Code as it is written in brackets or behind `=`, with no more brackets than it needs.
+pub(super) fn written(code: &[Step]) -> String {
+    steps_written(code).text
+}
+
+/// Code as it is written behind a letter. In brackets stand a number, which would be taken for that
+/// of a plain word, two signs, and ROUND, which would make GR of a G.
+pub(super) fn value_written(code: &[Step]) -> String {
+    let written = steps_written(code).at_least(OPERAND);
+    let needs_brackets = matches!(code, [Step::Number(_)])
+        || written.starts_with("--")
+        || written.starts_with(Function::Round.name());
+    if needs_brackets { format!("[{written}]") } else { written }
+}
+
+/// Code as it is written behind # for the number of a parameter.
+pub(super) fn number_written(code: &[Step]) -> String {
+    steps_written(code).behind_hash()
 }
 
 #[cfg(test)]
@@ -397,16 +493,19 @@ mod tests {
 
     #[test]
     fn operators_bind_as_in_rs274() {
-        check("1+2*3", "[1 + [2 * 3]]");
-        check("-2**2", "[-2 ** 2]");
-        check("2**3**2", "[[2 ** 3] ** 2]");
-        check("1 - 2 - 3", "[[1 - 2] - 3]");
-        check("#1 EQ 2 AND #2 LT 3+1", "[[#1 EQ 2] AND [#2 LT [3 + 1]]]");
-        check("7 m o d 4/2", "[[7 MOD 4] / 2]");
-        check("-[#1]", "-[#1]");
-        check("- #<A b>", "-[#<ab>]");
-        check("##1+#[2+#3]", "[#[#1] + #[[2 + #3]]]");
-        check("sin[3 0]*ATAN[1]/[2]", "[SIN[30] * ATAN[1]/[2]]");
+        check("1+2*3", "1 + 2 * 3");
+        check("-2**2", "-2 ** 2");
+        check("2**3**2", "2 ** 3 ** 2");
+        check("1 - 2 - 3", "1 - 2 - 3");
+        check("#1 EQ 2 AND #2 LT 3+1", "#1 EQ 2 AND #2 LT 3 + 1");
+        check("7 m o d 4/2", "7 MOD 4 / 2");
+        check("-[#1]", "-#1");
+        check("-[#1+2]", "-[#1 + 2]");
+        check("--[-#1]", "---#1");
+        check("2**[3**2]*[4-[5-6]]", "2 ** [3 ** 2] * [4 - [5 - 6]]");
+        check("- #<A b>", "-#<ab>");
+        check("##1+#[2+#3]", "##1 + #[2 + #3]");
+        check("sin[3 0]*ATAN[1]/[2]", "SIN[30] * ATAN[1]/[2]");
         check("EXISTS[#<_g>]", "EXISTS[#<_g>]");
         check("1 2 .5X3", "12.5X3");
         check("#1 *", "#1 *");

@@ -2,11 +2,20 @@
 //! what the dialect `fanuc-lathe` reads first.
 
 use super::block::letter_set;
-use super::codes::{Code, Follow, Group, Op, Single, Stock};
+use super::codes::{Code, Follow, Groove, Group, Hole, HoleKind, LatheCode, Op, Single, Stock};
 
 const fn g(tenths: u16, group: Group, op: Op, words: &str, meaning: &'static str) -> Code {
     let words = letter_set(words);
     Code { letter: b'G', tenths, group, op: Some(op), words, meaning }
+}
+
+const fn single(number: u16, cycle: Single, meaning: &'static str) -> Code {
+    let (letter, tenths, group, op) = (b'G', number * 10, Group::Motion, Some(Op::Single(cycle)));
+    Code { letter, tenths, group, op, words: cycle.words(), meaning }
+}
+
+const fn hole(number: u16, hole: Hole, meaning: &'static str) -> Code {
+    single(number, Single::Hole(hole), meaning)
 }
 
 /// A code that is known and not supported.
@@ -19,29 +28,29 @@ const fn no_g(number: u16, meaning: &'static str) -> Code {
 #[rustfmt::skip]
 pub static LATHE_CODES: &[Code] = &[
     g(320, Group::Motion, Op::Follow(Follow::Thread), "", "cuts a thread, F along its longer axis a turn"),
-    g(500, Group::NonModal, Op::LatheSetting, "", "sets the position, or with S the greatest speed of the spindle"),
+    g(500, Group::NonModal, Op::Lathe(LatheCode::Setting), "", "sets the position, or with S the greatest speed of the spindle"),
     g(700, Group::NonModal, Op::Stock(Stock::Finish), "PQ", "runs the blocks N P to N Q as a finishing pass"),
-    g(710, Group::NonModal, Op::Stock(Stock::Turn), "PQR", "roughs out the contour of the blocks N P to N Q in cuts along Z"),
-    g(720, Group::NonModal, Op::Stock(Stock::Face), "PQR", "roughs out the contour of the blocks N P to N Q in cuts along X"),
-    g(730, Group::NonModal, Op::Stock(Stock::Repeat), "PQR", "repeats the contour of the blocks N P to N Q, nearer each time"),
+    g(710, Group::NonModal, Op::Stock(Stock::Turn), "DPQR", "roughs out the contour of the blocks N P to N Q in cuts along Z"),
+    g(720, Group::NonModal, Op::Stock(Stock::Face), "DPQR", "roughs out the contour of the blocks N P to N Q in cuts along X"),
+    g(730, Group::NonModal, Op::Stock(Stock::Repeat), "DIKPQR", "repeats the contour of the blocks N P to N Q, nearer each time"),
     no_g(68, "mirrors opposite turrets"),
     no_g(69, "ends the mirroring of opposite turrets"),
-    no_g(74, "peck drilling or grooving along Z"),
-    no_g(75, "grooving along X"),
-    g(760, Group::NonModal, Op::ThreadCycle, "PQR", "threading cycle of two blocks"),
+    g(740, Group::NonModal, Op::Lathe(LatheCode::Groove(Groove::Face)), "DIKPQR", "cuts a groove or a hole along Z, by pecks"),
+    g(750, Group::NonModal, Op::Lathe(LatheCode::Groove(Groove::Side)), "DIKPQR", "cuts a groove along X, by pecks"),
+    g(760, Group::NonModal, Op::Lathe(LatheCode::Thread), "ADIKPQR", "threading cycle of two blocks, or of one with K and D"),
     no_g(81, "not a code of lathes"),
     no_g(82, "not a code of lathes"),
-    no_g(83, "drilling cycle of driven tools, on the face"),
-    no_g(84, "tapping cycle of driven tools, on the face"),
-    no_g(85, "boring cycle of driven tools, on the face"),
+    hole(83, Hole { side: false, kind: HoleKind::Drill }, "drilling cycle along Z"),
+    hole(84, Hole { side: false, kind: HoleKind::Tap }, "tapping cycle along Z"),
+    hole(85, Hole { side: false, kind: HoleKind::Bore }, "boring cycle along Z, feed out to R"),
     no_g(86, "not a code of lathes"),
-    no_g(87, "drilling cycle of driven tools, on the side"),
-    no_g(88, "tapping cycle of driven tools, on the side"),
-    no_g(89, "boring cycle of driven tools, on the side"),
-    g(900, Group::Motion, Op::Single(Single::Turn), "R", "one cut along Z: in, along, out, back"),
+    hole(87, Hole { side: true, kind: HoleKind::Drill }, "drilling cycle along X"),
+    hole(88, Hole { side: true, kind: HoleKind::Tap }, "tapping cycle along X"),
+    hole(89, Hole { side: true, kind: HoleKind::Bore }, "boring cycle along X, feed out to R"),
+    single(90, Single::Turn, "one cut along Z: in, along, out, back"),
     no_g(91, "distances: on lathes they are written as U and W"),
-    g(920, Group::Motion, Op::Single(Single::Thread), "R", "one pass of a thread: in, along, out, back"),
-    g(940, Group::Motion, Op::Single(Single::Face), "R", "one cut along X: in, along, out, back"),
+    single(92, Single::Thread, "one pass of a thread: in, along, out, back"),
+    single(94, Single::Face, "one cut along X: in, along, out, back"),
     no_g(93, "inverse time feed"),
     g(980, Group::FeedMode, Op::FeedPerMinute, "", "F is in mm or inches a minute"),
     g(990, Group::FeedMode, Op::FeedPerTurn, "", "F is in mm or inches a turn of the spindle"),

@@ -12,6 +12,7 @@ mod fault;
 pub mod foreign;
 mod lathe;
 mod lines;
+mod name;
 pub mod notes;
 mod number;
 mod ops;
@@ -19,11 +20,17 @@ mod parser;
 mod plain;
 pub mod rules;
 mod stray;
+pub mod words;
 
-pub use block::{Block, Call, Message, MessageKind, Word, letter_bit, letter_set};
+pub use block::{
+    Block, COMMA_A, COMMA_C, COMMA_R, Call, Message, MessageKind, Word, letter_bit, letter_name,
+    letter_set,
+};
 pub use control::{Assignment, Control, Label, Statement};
 pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;
 pub use lathe::{LATHE_CODES, find_lathe};
 pub use lines::{LINE_BYTES_MAX, Line, Lines};
+pub use name::Name;
+pub use number::short;
 pub use parser::parse;

@@ -79,11 +79,8 @@ pub enum Op {
     Follow(Follow),
     Turn(Turn),
     WaitInput,
-    /// G50 of a lathe.
-    LatheSetting,
     Stock(Stock),
-    /// G76 of a lathe.
-    ThreadCycle,
+    Lathe(LatheCode),
     Single(Single),
     MotionOff,
     Stop,
@@ -185,15 +182,66 @@ pub enum Stock {
     Repeat,
 }
 
-/// Cycles of FANUC-style lathes that cut once: in, along, out, back.
+/// Cycles of FANUC-style lathes that stay in force: those that cut once, in, along, out, back; and holes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Single {
+    /// G83 to G89
+    Hole(Hole),
     /// G90
     Turn,
     /// G92
     Thread,
     /// G94
     Face,
+}
+
+/// Codes of FANUC-style lathes that hold for their block only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LatheCode {
+    /// G50
+    Setting,
+    /// G76
+    Thread,
+    /// G74 and G75
+    Groove(Groove),
+}
+
+/// Cycles of FANUC-style lathes that cut a groove by pecks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Groove {
+    /// G74, along Z
+    Face,
+    /// G75, along X
+    Side,
+}
+
+/// Cycles of FANUC-style lathes that make holes (G83 to G89).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hole {
+    /// Along X; else along Z.
+    pub side: bool,
+    /// What is done to the hole.
+    pub kind: HoleKind,
+}
+
+/// What is done to a hole.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HoleKind {
+    Drill,
+    Tap,
+    Bore,
+}
+
+impl Single {
+    /// Letters that the cycle makes use of, beside axes.
+    pub const fn words(self) -> u32 {
+        letter_set(match self {
+            Single::Hole(_) => "KPQR",
+            Single::Face => "KR",
+            Single::Turn | Single::Thread => "IR",
+        })
+    }
 }
 
 /// What roughing does with pockets.

@@ -8,7 +8,10 @@ use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
 use nom::sequence::delimited;
 
-use super::block::{Block, Call, Message, MessageKind, Word};
+use super::block::{
+    Block, COMMA_A, COMMA_C, COMMA_R, Call, Message, MessageKind, Word, letter_name,
+};
+use super::codes::nearest;
 use super::control::{
     Assignment, Control, Label, Statement, after_label, computed_call, macro_b, stands_alone,
 };
@@ -67,6 +70,10 @@ impl<'a> Parsing<'a> {
                 self.word(byte)
             }
             b'$' if self.words_end.is_none() && !self.block.words().is_empty() => self.word(byte),
+            b',' if self.words_end.is_none() => match self.comma_letter() {
+                Some((letter, length)) => self.comma_word(letter, length),
+                None => self.stray(byte),
+            },
             b' ' | b'\t' => {
                 self.rest = blanks(self.rest).ok()?.0;
                 Some(())
@@ -105,6 +112,9 @@ impl<'a> Parsing<'a> {
     fn word(&mut self, byte: u8) -> Option<()> {
         let start = self.at();
         let letter = if byte == b':' { b'O' } else { byte.to_ascii_uppercase() };
+        if byte.eq_ignore_ascii_case(&b'O') && self.goes_on_with_letter(start) {
+            return Some(());
+        }
         self.step(1);
         if letter == b'G' && !matches!(self.rest.first(), Some(b'0'..=b'9')) {
             let (rest, r) = opt((blanks, tag_r)).parse(self.rest).ok()?;
@@ -118,6 +128,7 @@ impl<'a> Parsing<'a> {
                 Some(())
             }
             Ok(value) => {
+                let value = if matches!(letter, b'G' | b'M') { nearest(value) } else { value };
                 let word = Word { letter, value, start, end: self.at() };
                 if letter == b'O' && self.keyword_follows() {
                     self.is_label(&word);
@@ -131,13 +142,43 @@ impl<'a> Parsing<'a> {
         }
     }
 
+    /// The letter of a word that a comma begins, and the bytes up to its value.
+    fn comma_letter(&self) -> Option<(u8, usize)> {
+        let after = self.rest.get(1..)?;
+        let blanks = after.iter().take_while(|byte| is_blank(**byte)).count();
+        let letter = match after.get(blanks)?.to_ascii_uppercase() {
+            b'A' => COMMA_A,
+            b'C' => COMMA_C,
+            b'R' => COMMA_R,
+            _ => return None,
+        };
+        Some((letter, blanks + 2))
+    }
+
+    /// `,A30`, `,C2`, `,R5`
+    fn comma_word(&mut self, letter: u8, length: usize) -> Option<()> {
+        let start = self.at();
+        self.step(length);
+        match self.number() {
+            Ok(value) => {
+                self.push(Word { letter, value, start, end: self.at() });
+                Some(())
+            }
+            Err(SyntaxError::NoNumber | SyntaxError::Other) if self.expression_follows() => {
+                let formula = self.read(start, |reader| reader.value())?;
+                self.expression_word(letter, start, formula)
+            }
+            Err(error) => self.no_number(letter, start, error),
+        }
+    }
+
     fn push(&mut self, word: Word) -> bool {
         let Err(word) = self.block.push(word) else { return true };
         if matches!(word.letter, b'I'..=b'K') && self.block.is_macro_call() {
             self.block.push_again(word);
             return true;
         }
-        let message = format!("{} stands twice in this block", char::from(word.letter));
+        let message = format!("{} stands twice in this block", letter_name(word.letter));
         let help = "leave one of them out, or put it into a block of its own";
         self.faults.push(Fault::word(&rules::REPEATED_WORD, &word, message).help(help));
         false
@@ -161,9 +202,17 @@ impl<'a> Parsing<'a> {
                     self.faults.push(stray::comma(self.line, at as usize).0);
                     return None;
                 }
-                let fault = Fault::new(&rules::EXPRESSION, start.min(at), at + 1, error.message);
-                let byte = self.line.get(at as usize).copied().unwrap_or_default();
-                self.faults.push(match stray::operator_help(byte) {
+                let rest = self.line.get(at as usize..).unwrap_or_default();
+                let byte = rest.first().copied().unwrap_or_default();
+                let length = match byte {
+                    b'A'..=b'Z' | b'a'..=b'z' => {
+                        rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count()
+                    }
+                    _ => stray::number_length(rest).max(1),
+                };
+                let end = at + length as u32;
+                let fault = Fault::new(&rules::EXPRESSION, start.min(at), end, error.message);
+                self.faults.push(match error.help.or_else(|| stray::operator_help(byte)) {
                     Some(help) => fault.help(help),
                     None => fault,
                 });
@@ -183,7 +232,7 @@ impl<'a> Parsing<'a> {
                 reader.peek();
                 reader.name()
             })?;
-            return self.o_word(Label::Name(label), start);
+            return self.o_word(Label::Name(label.into()), start);
         }
         let line = self.line;
         let from = line.get(start as usize..).unwrap_or_default();
@@ -219,11 +268,6 @@ impl<'a> Parsing<'a> {
             });
             let control = read.or_else(|| self.broken_statement())?;
             return self.statement(Label::Number(0), control, start);
-        }
-        if letter == b'N' {
-            let message = "the number of an N word cannot be an expression";
-            self.faults.push(Fault::new(&rules::UNSUPPORTED_WORD, start, self.at(), message));
-            return None;
         }
         // A number that is written in brackets is as good as one without.
         let word = Word { letter, value: 0.0, start, end: self.at() };
@@ -318,30 +362,28 @@ impl<'a> Parsing<'a> {
         if let [b',', b'0'..=b'9', ..] = self.rest {
             return self.stray(b',');
         }
-        let letter = char::from(letter);
+        let letter = letter_name(letter);
         let after_blanks = self.rest.iter().position(|byte| !is_blank(*byte));
         let next = after_blanks.and_then(|at| self.rest.get(at).copied());
-        let end = self.at();
-        let fault = match (error, next) {
-            (SyntaxError::TooLarge, _) => {
-                let message = format!("the number of this {letter} word is beyond {NUMBER_MAX}");
-                self.faults.push(Fault::new(&rules::BAD_NUMBER, start, end, message));
-                return None;
-            }
-            (_, Some(b'-' | b'+' | b'.' | b'0'..=b'9')) => {
-                let message = format!("{letter} is followed by something that is no number");
-                Fault::new(&rules::BAD_NUMBER, start, end + 1, message)
-                    .help("one sign at most, digits, one point at most")
-            }
-            _ => {
-                let message = format!("{letter} is not followed by a number");
-                let fault = Fault::new(&rules::MISSING_NUMBER, start, end, message);
-                self.faults.push(fault.help("write it, as X10; a remark stands in ( ) or after ;"));
-                return Some(());
-            }
+        if error != SyntaxError::TooLarge && !matches!(next, Some(b'-' | b'+' | b'.' | b'0'..=b'9'))
+        {
+            let message = format!("{letter} is not followed by a number");
+            let fault = Fault::new(&rules::MISSING_NUMBER, start, self.at(), message);
+            self.faults.push(fault.help("write it, as X10; a remark stands in ( ) or after ;"));
+            return Some(());
+        }
+        self.step(after_blanks.unwrap_or_default());
+        self.step(stray::number_length(self.rest));
+        let (message, help) = if error == SyntaxError::TooLarge {
+            let message = format!("the number of this {letter} word is beyond {NUMBER_MAX}");
+            (message, "no machine goes that far: is a point missing?")
+        } else {
+            let message = format!("{letter} is followed by something that is no number");
+            (message, "one sign at most, digits, one point at most")
         };
-        self.faults.push(fault);
-        None
+        let fault = Fault::new(&rules::BAD_NUMBER, start, self.at(), message);
+        self.faults.push(fault.help(help));
+        Some(())
     }
 
     /// Whether two letters follow, as in `O100 sub`: words have one.
@@ -414,6 +456,13 @@ impl<'a> Parsing<'a> {
                 None
             }
         }
+    }
+
+    /// Reports an O that follows the number of another word at once.
+    fn goes_on_with_letter(&mut self, start: u32) -> bool {
+        let is_before = |word: &&Word| word.end == start && word.letter != b'O';
+        let before = self.block.words().last().filter(is_before);
+        before.map(|word| word.start).is_some_and(|start| self.has_letter(start))
     }
 
     /// Reports a letter that stands for a digit, in a word that begins at byte `start`.

@@ -90,6 +90,7 @@ rules! {
     CYCLE_MODE Error "cycle-mode" "A canned cycle stands where the modes in force leave no room for one.";
     CONTOUR Error "contour" "The contour of a lathe cycle is none, or cannot be cut as the cycle cuts.";
     CONTOUR_WORD Warning "contour-word" "The contour of a lathe cycle holds words that mean nothing to it.";
+    CORNER Error "corner" "A fillet, a chamfer or the angle of a line for which the two moves leave no place.";
     COMPENSATION_MODE Error "compensation-mode" "Something stands in cutter compensation that has no place there.";
     COMPENSATION_GOUGE Error "compensation-gouge" "The tool does not fit into the contour.";
     ARC_DISTORTED Error "arc-distorted" "An arc would be no arc after unequal scaling, or after a rotation out of its plane.";

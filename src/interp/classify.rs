@@ -3,7 +3,7 @@
 use crate::gcode::codes::{
     self, ARC_LETTERS, AXIS_LETTERS, CODES, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
 };
-use crate::gcode::{Block, Fault, LATHE_CODES, find_lathe, letter_bit, rules};
+use crate::gcode::{Block, COMMA_R, Fault, LATHE_CODES, Word, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
@@ -28,6 +28,12 @@ impl Executor<'_> {
         self.classify(block, faults);
     }
 
+    /// What a G or M word means in the dialect.
+    pub(super) fn code_of(&self, word: &Word) -> Option<&'static Code> {
+        let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
+        own.or_else(|| codes::find(word.letter, word.value))
+    }
+
     /// Sorts the codes of a block into the order in which they are executed.
     pub(super) fn classify(&mut self, block: &Block, faults: &mut Vec<Fault>) -> Asked {
         self.codes.clear();
@@ -37,8 +43,7 @@ impl Executor<'_> {
             if !matches!(word.letter, b'G' | b'M') {
                 continue;
             }
-            let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
-            let Some(code) = own.or_else(|| codes::find(word.letter, word.value)) else {
+            let Some(code) = self.code_of(word) else {
                 if !is_told(word, faults) {
                     faults.push(unknown(word));
                 }
@@ -50,8 +55,12 @@ impl Executor<'_> {
                 let is_rival =
                     |rival: &Code| rival.group == code.group && !go_together(rival, code);
                 if let Some((rival, _)) = self.codes.iter().find(|(code, _)| is_rival(code)) {
+                    let is_same = *rival == code;
                     faults.push(conflict(rival, code, word));
                     asked.is_faulty = true;
+                    if is_same {
+                        continue;
+                    }
                 }
             }
             groups |= bit;
@@ -127,17 +136,16 @@ impl Executor<'_> {
             used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }
         match mode {
-            MotionMode::Arc { .. } => used |= ARC_LETTERS | letter_bit(b'P'),
+            MotionMode::Line => used |= self.corner_letters(),
+            MotionMode::Arc { .. } => {
+                used |= ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_R);
+            }
             MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),
             MotionMode::Spline(code) => used |= code.words(),
             MotionMode::Follow(follow) => used |= follow.words(),
-            MotionMode::Single(_) => used |= letter_bit(b'R'),
-            MotionMode::Turn(_)
-            | MotionMode::None
-            | MotionMode::Rapid
-            | MotionMode::Line
-            | MotionMode::Foreign => {}
+            MotionMode::Single(single) => used |= single.words(),
+            MotionMode::Turn(_) | MotionMode::None | MotionMode::Rapid | MotionMode::Foreign => {}
         }
         if block.letters() & !used == 0 {
             return false;

@@ -22,7 +22,7 @@ use super::motion::{Corner, MoveKind};
 use super::words::whole;
 
 /// How far above the bottom so far a peck comes back: a hundredth of an inch.
-const BACK_OFF_MM: f64 = 0.254;
+pub(super) const BACK_OFF_MM: f64 = 0.254;
 
 /// Most pecks and holes of one block: more are a mistake in Q or L.
 pub(super) const PASSES_MAX: f64 = 10_000.0;
@@ -35,24 +35,26 @@ const HELD_LETTERS: u32 = AXIS_LETTERS & !(letter_bit(b'X') | letter_bit(b'Y') |
 pub(super) struct Held {
     /// Level at which the first block of the series began; none outside of one.
     pub initial_mm: Option<f64>,
-    r_mm: f64,
-    depth_mm: f64,
-    dwell_s: f64,
-    peck_mm: f64,
+    pub r_mm: f64,
+    pub depth_mm: f64,
+    pub dwell_s: f64,
+    pub peck_mm: f64,
     /// I J K of G87, I J of G76.
     shift_mm: [f64; 3],
+    /// The unit of the words that are held.
+    mm_per_unit: f64,
 }
 
 /// A hole, in program coordinates.
-struct Hole {
-    across: Axis,
-    r_mm: f64,
-    clear_mm: f64,
-    bottom_mm: f64,
+pub(super) struct Hole {
+    pub across: Axis,
+    pub r_mm: f64,
+    pub clear_mm: f64,
+    pub bottom_mm: f64,
     /// Top of a back bore.
-    top_mm: f64,
+    pub top_mm: f64,
     /// The plane's axes, and by how much the tool is moved off the wall.
-    aside: [(Axis, f64); 2],
+    pub aside: [(Axis, f64); 2],
 }
 
 impl Executor<'_> {
@@ -68,7 +70,7 @@ impl Executor<'_> {
         let goes_on = asked.motion_before == MotionMode::Cycle(cycle);
         let target = self.program_target(block, out.faults);
         self.judge_cycle(cycle, block, asked, out.faults);
-        let repeats = self.take_cycle_words(cycle, goes_on, block, out.faults);
+        let repeats = self.take_cycle_words(cycle, goes_on, block, out);
         if asked.is_faulty || out.faults.len() > faults_before {
             self.forget_position();
             return;
@@ -190,13 +192,19 @@ impl Executor<'_> {
         cycle: Cycle,
         goes_on: bool,
         block: &Block,
-        faults: &mut Vec<Fault>,
+        out: &mut Output<'_>,
     ) -> u32 {
+        let faults = &mut *out.faults;
+        let seconds = block.word(b'P').map(|word| self.seconds(word, out.text));
+        let mm = self.mm_per_unit;
+        // Controls differ in what becomes of lengths that are held when the unit changes.
+        let other_unit = goes_on && self.cycle.mm_per_unit != mm;
+        let goes_on = goes_on && !other_unit;
         if !goes_on {
-            self.cycle = Held { initial_mm: self.cycle.initial_mm, ..Held::default() };
+            let initial_mm = self.cycle.initial_mm;
+            self.cycle = Held { initial_mm, mm_per_unit: mm, ..Held::default() };
         }
         let across = self.plane.normal();
-        let mm = self.mm_per_unit;
         let diameter = if self.diameters && across == Axis::X { 0.5 } else { 1.0 };
         let mut missing = String::new();
         let mut take =
@@ -209,6 +217,7 @@ impl Executor<'_> {
         take(across.letter() as u8, true, &mut held.depth_mm, mm * diameter);
         take(b'R', true, &mut held.r_mm, mm * diameter);
         take(b'P', matches!(cycle, Cycle::DrillDwell | Cycle::BoreDwell), &mut held.dwell_s, 1.0);
+        held.dwell_s = seconds.unwrap_or(held.dwell_s);
         let pecks = matches!(cycle, Cycle::DrillDeep | Cycle::DrillChipBreak);
         take(b'Q', pecks, &mut held.peck_mm, mm);
         if matches!(cycle, Cycle::BoreBack | Cycle::BoreFine) {
@@ -220,7 +229,8 @@ impl Executor<'_> {
         if !missing.is_empty() {
             let name = cycle as u8;
             let list: Vec<String> = missing.chars().map(String::from).collect();
-            let message = format!("the first block of G{name} has no {}", list.join(", no "));
+            let unit = if other_unit { " in the new unit" } else { "" };
+            let message = format!("the first block of G{name}{unit} has no {}", list.join(", no "));
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
         }
         if let Some(word) = block.word(b'Q').filter(|word| word.value <= 0.0) {
@@ -235,14 +245,14 @@ impl Executor<'_> {
 }
 
 /// Makes the moves of holes.
-struct Drilling<'d, 'e, 'o> {
-    executor: &'d mut Executor<'e>,
-    block: &'d Block,
-    out: &'d mut Output<'o>,
+pub(super) struct Drilling<'d, 'e, 'o> {
+    pub executor: &'d mut Executor<'e>,
+    pub block: &'d Block,
+    pub out: &'d mut Output<'o>,
 }
 
 impl Drilling<'_, '_, '_> {
-    fn rapid(&mut self, to: &Point) {
+    pub fn rapid(&mut self, to: &Point) {
         self.go(to, MoveKind::Rapid);
     }
 
@@ -277,7 +287,7 @@ impl Drilling<'_, '_, '_> {
 
     /// A hole; begins and ends above it, at `at`. A tap goes as the spindle turns, whatever the
     /// operator makes of feeds.
-    fn hole(&mut self, cycle: Cycle, hole: &Hole, at: &mut Point) {
+    pub fn hole(&mut self, cycle: Cycle, hole: &Hole, at: &mut Point) {
         let is_tap = matches!(cycle, Cycle::Tap | Cycle::TapLeft);
         let allowed = self.executor.overrides.feed;
         self.executor.overrides.feed &= !is_tap;

@@ -42,8 +42,8 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
 /// arc so many turns at such a sum for its radius. This needs no roots and angles, and runs for every
 /// move.
 fn length_most(step: &Move) -> Option<f64> {
-    let way = |axis| (step.to[axis] - step.from[axis]).abs();
-    let straight: f64 = AXES.map(|[a, b, c]| way(a) + way(b) + way(c)).into_iter().sum();
+    let ways = step.to.0.iter().zip(&step.from.0).map(|(to, from)| (to - from).abs());
+    let straight: f64 = ways.sum();
     let (plane, center_mm, turns) = match step.kind {
         MoveKind::Rapid | MoveKind::Line { .. } => return Some(straight),
         MoveKind::Arc { plane, center_mm, turns, .. } => (plane, center_mm, turns),

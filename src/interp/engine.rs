@@ -1,16 +1,16 @@
 //! One block, whatever stands on it: expressions get their values, parameters are set, messages are
 //! said, and what is left goes to the executor.
 
-use crate::base::{Axis, Event, EventKind, Machine};
-use crate::gcode::codes::{Stock, Turn};
-use crate::gcode::{Assignment, Block, Fault, Formula, Message, MessageKind, Word, rules};
+use crate::base::{Axis, CallSite, Event, EventKind, Machine};
+use crate::gcode::codes::{Stock, Turn, nearest};
+use crate::gcode::{Assignment, Block, Fault, Formula, Message, MessageKind, Word, rules, short};
 
 use super::Options;
 use super::check::Said;
 use super::duration::too_slow;
 use super::execute::{Executor, MotionMode, Output, is_error};
 use super::feed::Turning;
-use super::findings::{Findings, Place};
+use super::findings::{Findings, Kept, Place};
 use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{
@@ -39,6 +39,8 @@ pub(super) struct Engine<'a> {
     pub said: Vec<Said>,
     /// The contour that is being read.
     pub contour: Option<Contour>,
+    /// The line of a move that waits for the next one.
+    corner: Option<Kept>,
     /// Blocks executed.
     pub blocks: u64,
     /// What is wrong with the line at hand.
@@ -46,6 +48,7 @@ pub(super) struct Engine<'a> {
     /// The block at hand with the values of its expressions.
     computed: Option<Box<Block>>,
     left_out: Vec<u16>,
+    block_delete_said: bool,
     /// Whether #3006 has asked for a stop.
     stops: bool,
 }
@@ -60,17 +63,30 @@ impl<'a> Engine<'a> {
             plunges: Plunges::default(),
             said: Vec::new(),
             contour: None,
+            corner: None,
             blocks: 0,
             faults: Vec::new(),
             computed: None,
             left_out: Vec::new(),
+            block_delete_said: false,
             stops: false,
+        }
+    }
+
+    /// Warns, once, of a line that block delete would leave out.
+    #[inline]
+    pub fn judge_delete(&mut self, block: &Block) {
+        if block.delete && !self.block_delete_said && !block.is_empty() {
+            self.block_delete_said = true;
+            let message = "this line is executed, and so is every other that begins with /";
+            let fault = Fault::new(&rules::BLOCK_DELETE, 0, 1, message);
+            self.faults.push(fault.help("--block-delete skips these lines"));
         }
     }
 
     /// Executes a block; what is wrong with it is left in `faults`.
     #[inline]
-    pub fn execute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
+    pub fn execute(&mut self, block: &Block, place: &Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         self.blocks += 1;
         self.executor.line = place.line;
         if self.contour.is_some() {
@@ -83,11 +99,12 @@ impl<'a> Engine<'a> {
         let mut out = output(place, motions, &mut self.faults);
         let flow = self.executor.run(block, &mut out);
         self.judge(&motions[first..], block, place);
+        self.keep_corner(place);
         flow
     }
 
     #[inline(never)]
-    fn compute(&mut self, block: &Block, place: Place<'_>, motions: &mut Vec<Motion>) -> Flow {
+    fn compute(&mut self, block: &Block, place: &Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         let mut computed = self.computed.take().unwrap_or_default();
         if block.words().is_empty() && block.call.is_none() {
             computed.clear();
@@ -109,7 +126,9 @@ impl<'a> Engine<'a> {
         } else if !computed.words().is_empty() || computed.call.is_some() || !self.faults.is_empty()
         {
             let mut out = output(place, motions, &mut self.faults);
-            self.executor.run(&computed, &mut out)
+            let flow = self.executor.run(&computed, &mut out);
+            self.keep_corner(place);
+            flow
         } else {
             Flow::Next
         };
@@ -118,13 +137,48 @@ impl<'a> Engine<'a> {
         flow
     }
 
-    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on.
-    pub fn restore_after_call(&mut self, calls: &[u32], motions: &mut Vec<Motion>) {
+    /// Keeps the line of a move that waits for the next one, and reports what is wrong with the
+    /// corner between them there.
+    #[inline]
+    fn keep_corner(&mut self, place: &Place<'_>) {
+        if self.corner.is_some() || self.executor.held_move.is_some() {
+            self.report_corner();
+            let is_new = self.executor.corner_line() == Some(place.line);
+            if self.executor.held_move.is_none() {
+                self.corner = None;
+            } else if is_new {
+                self.corner = Some(Kept::of(*place));
+            }
+        }
+    }
+
+    fn report_corner(&mut self) {
+        if let Some(kept) = &self.corner {
+            self.findings.take_once(&mut self.executor.corner_faults, kept.place());
+        }
+        self.faults.append(&mut self.executor.corner_faults);
+    }
+
+    /// Reports a corner that nothing follows.
+    pub fn end_corner(&mut self) {
+        self.executor.end_corner();
+        self.report_corner();
+        self.corner = None;
+    }
+
+    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on,
+    /// of a file if not the program's own.
+    pub fn restore_after_call(
+        &mut self,
+        calls: &[CallSite],
+        file: Option<&str>,
+        motions: &mut Vec<Motion>,
+    ) {
         if self.executor.to_restore.is_none() {
             return;
         }
         let (line, first) = (self.executor.line, motions.len());
-        let place = Place { line, text: b"", calls, file: None };
+        let place = &Place { line, text: b"", calls, file };
         let mut out = output(place, motions, &mut self.faults);
         self.executor.restore_after_call(&mut out);
         self.judge(&motions[first..], &Block::default(), place);
@@ -132,7 +186,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Takes a block for a piece of the contour that is being read.
-    fn record(&mut self, block: &Block, place: Place<'_>) -> Flow {
+    fn record(&mut self, block: &Block, place: &Place<'_>) -> Flow {
         let mut words = Block::default();
         words.copy_words(block);
         self.give_values(block, &mut words);
@@ -160,7 +214,7 @@ impl<'a> Engine<'a> {
         turn: Turn,
         block: &Block,
         contour: &Contour,
-        place: Place<'_>,
+        place: &Place<'_>,
         motions: &mut Vec<Motion>,
     ) {
         let first = motions.len();
@@ -177,7 +231,7 @@ impl<'a> Engine<'a> {
         stock: Stock,
         block: &Block,
         contour: &Contour,
-        place: Place<'_>,
+        place: &Place<'_>,
         motions: &mut Vec<Motion>,
     ) {
         let first = motions.len();
@@ -187,7 +241,8 @@ impl<'a> Engine<'a> {
     }
 
     /// Gives out what the executor holds until it knows what follows.
-    pub fn finish(&mut self, place: Place<'_>, motions: &mut Vec<Motion>) {
+    pub fn finish(&mut self, place: &Place<'_>, motions: &mut Vec<Motion>) {
+        self.end_corner();
         let (block, first) = (Block::default(), motions.len());
         let mut out = output(place, motions, &mut self.faults);
         self.executor.finish(&block, &mut out);
@@ -207,11 +262,15 @@ impl<'a> Engine<'a> {
             match self.parameters.value(block.code(*formula), &self.executor) {
                 Ok(value) if is_empty(value) => self.left_out.push(*place),
                 Ok(value) if plain(value).abs() > WORD_MAX => {
-                    let message = format!("{value} is beyond {WORD_MAX}");
+                    let message = format!("{} is beyond {WORD_MAX}", short(value));
                     self.faults.push(Fault::word(&rules::BAD_NUMBER, word, message));
                     self.left_out.push(*place);
                 }
-                Ok(value) => computed.give_value(*place, plain(value)),
+                Ok(value) => {
+                    let value = plain(value);
+                    let is_code = matches!(word.letter, b'G' | b'M');
+                    computed.give_value(*place, if is_code { nearest(value) } else { value });
+                }
                 Err(error) => {
                     self.faults.push(fault(*error, word.start, word.end));
                     self.left_out.push(*place);
@@ -226,11 +285,11 @@ impl<'a> Engine<'a> {
     }
 
     /// Sets parameters: all right sides first. Tells whether that raises an alarm.
-    pub fn set(&mut self, block: &Block, place: Place<'_>) -> bool {
+    pub fn set(&mut self, block: &Block, place: &Place<'_>) -> bool {
         match block.assignments() {
             [] => false,
             [assignment] => match self.assigned(block, assignment) {
-                Some((target, value)) => self.assign(&target, value, assignment, place),
+                Some((target, value)) => self.assign(target, value, assignment, place),
                 None => false,
             },
             several => {
@@ -239,7 +298,7 @@ impl<'a> Engine<'a> {
                 let mut alarm = false;
                 for (found, assignment) in found.iter().zip(several) {
                     if let Some((target, value)) = found {
-                        alarm |= self.assign(target, *value, assignment, place);
+                        alarm |= self.assign(*target, *value, assignment, place);
                     }
                 }
                 alarm
@@ -248,7 +307,11 @@ impl<'a> Engine<'a> {
     }
 
     /// What an assignment sets, and to which value.
-    fn assigned(&mut self, block: &Block, assignment: &Assignment) -> Option<(Target, f64)> {
+    fn assigned<'b>(
+        &mut self,
+        block: &Block,
+        assignment: &'b Assignment,
+    ) -> Option<(Target<'b>, f64)> {
         let (start, end) = (assignment.start, assignment.end);
         let number = block.code(assignment.number);
         let target = self.parameters.target(&assignment.target, number, &self.executor);
@@ -265,10 +328,10 @@ impl<'a> Engine<'a> {
     /// Sets what has been found; tells whether that raises an alarm.
     fn assign(
         &mut self,
-        target: &Target,
+        target: Target<'_>,
         value: f64,
         assignment: &Assignment,
-        place: Place<'_>,
+        place: &Place<'_>,
     ) -> bool {
         let (start, end) = (assignment.start, assignment.end);
         match self.set_one(target, value) {
@@ -280,7 +343,8 @@ impl<'a> Engine<'a> {
             Ok(Set::Alarm(number)) => {
                 let text = comment(place.text);
                 let colon = if text.is_empty() { "" } else { ": " };
-                let message = format!("the program raises alarm {}{colon}{text}", plain(number));
+                let message =
+                    format!("the program raises alarm {}{colon}{text}", short(plain(number)));
                 self.faults.push(Fault::new(&rules::ALARM, start, end, message));
                 return true;
             }
@@ -298,10 +362,10 @@ impl<'a> Engine<'a> {
     }
 
     /// Sets a parameter of the control or of the program.
-    fn set_one(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
+    fn set_one(&mut self, target: Target<'_>, value: f64) -> Result<Set, NoValue> {
         let own = match target {
-            Target::Number(number) if *number < SYSTEM_FIRST => None,
-            Target::Number(number) => self.executor.set_parameter(*number, plain(value)),
+            Target::Number(number) if number < SYSTEM_FIRST => None,
+            Target::Number(number) => self.executor.set_parameter(number, plain(value)),
             Target::Name(name) => self.parameters.is_own(name, &self.executor).then(|| {
                 let message = format!("#<{name}> is the control's own: it can only be read");
                 read_only(message, "give yours another name")
@@ -341,7 +405,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Says what a comment says to the operator.
-    pub fn say(&mut self, message: Message, place: Place<'_>) {
+    pub fn say(&mut self, message: Message, place: &Place<'_>) {
         let is_shown = message.kind != MessageKind::Debug || self.parameters.shows_debug();
         if self.travel.is_none() || !is_shown {
             return;
@@ -357,7 +421,7 @@ impl<'a> Engine<'a> {
         self.tell(message.kind, text, place);
     }
 
-    fn tell(&mut self, kind: MessageKind, text: String, place: Place<'_>) {
+    fn tell(&mut self, kind: MessageKind, text: String, place: &Place<'_>) {
         if self.travel.is_none() {
             return;
         }
@@ -370,7 +434,7 @@ impl<'a> Engine<'a> {
 
     /// Holds what a block has made against the machine's travel and a day's time, while the
     /// program is checked.
-    fn judge(&mut self, motions: &[Motion], block: &Block, place: Place<'_>) {
+    fn judge(&mut self, motions: &[Motion], block: &Block, place: &Place<'_>) {
         let Some(travel) = &mut self.travel else { return };
         if motions.is_empty() {
             return;
@@ -387,7 +451,7 @@ impl<'a> Engine<'a> {
                 } else if judges_rapids && step.to[Axis::Z] != step.from[Axis::Z] {
                     let ends_mm =
                         [&step.from, &step.to].map(|point| executor.frames.program(point));
-                    self.plunges.rapid(step, ends_mm, block, place);
+                    self.plunges.rapid(step, ends_mm, block, *place);
                 }
                 travel.named_in(step, is_machine, executor.absolute);
                 travel.add(step, block, place, open);
@@ -399,20 +463,20 @@ impl<'a> Engine<'a> {
     }
 
     /// Reports what is wrong with the line at hand; `once`: it may be run again.
-    pub fn report(&mut self, place: Place<'_>, once: bool) {
+    pub fn report(&mut self, place: &Place<'_>, once: bool) {
         if self.faults.is_empty() {
             return;
         }
         if once {
-            self.findings.take_once(&mut self.faults, place);
+            self.findings.take_once(&mut self.faults, *place);
         } else {
-            self.findings.take(&mut self.faults, place);
+            self.findings.take(&mut self.faults, *place);
         }
     }
 }
 
 fn output<'o>(
-    place: Place<'o>,
+    place: &Place<'o>,
     motions: &'o mut Vec<Motion>,
     faults: &'o mut Vec<Fault>,
 ) -> Output<'o> {

@@ -9,9 +9,10 @@ use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{
     AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
 };
-use crate::gcode::{Block, Fault, rules};
+use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::compensation::Compensation;
+use super::corner::Pending;
 use super::cycles::Held;
 use super::feed::{Feed, FeedMode, Turning};
 use super::flow::Flow;
@@ -55,6 +56,8 @@ pub(super) struct Executor<'a> {
     pub(super) machine: &'a Machine,
     pub(super) dialect: Dialect,
     pub(super) axes: AxisSet,
+    /// The letters of those that are linear.
+    pub(super) linear_letters: u32,
     pub(super) motion: MotionMode,
     pub(super) plane: Plane,
     pub(super) mm_per_unit: f64,
@@ -101,6 +104,10 @@ pub(super) struct Executor<'a> {
     pub(super) lathe: Lathe,
     pub(super) spline: SplineState,
     pub(super) compensation: Option<Compensation>,
+    /// A move that waits for the next one, for the corner between them.
+    pub(super) held_move: Option<Box<Pending>>,
+    /// What is wrong with such a corner: faults of the line of its first move.
+    pub(super) corner_faults: Vec<Fault>,
     /// How much motion there was before the block, or before its G40.
     pub(super) motion_first: usize,
     /// G99
@@ -110,7 +117,6 @@ pub(super) struct Executor<'a> {
     pub(super) open: AxisSet,
     /// Whether coordinates mean something else since a code that is not supported.
     pub(super) is_shifted: bool,
-    block_delete_said: bool,
     /// Axes that some word has addressed.
     pub axes_used: AxisSet,
     /// Supported codes of the block in order of execution.
@@ -180,6 +186,7 @@ impl<'a> Executor<'a> {
             machine,
             dialect: options.dialect,
             axes: machine.axes.iter().map(|profile| profile.axis).collect(),
+            linear_letters: linear_letters(machine),
             motion: MotionMode::None,
             plane: if is_lathe { Plane::Zx } else { Plane::Xy },
             mm_per_unit: 1.0,
@@ -213,12 +220,13 @@ impl<'a> Executor<'a> {
             lathe: Lathe::default(),
             spline: SplineState::default(),
             compensation: None,
+            held_move: None,
+            corner_faults: Vec::new(),
             motion_first: 0,
             returns_to_r: options.dialect == Dialect::LinuxCnc,
             position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
             open: AxisSet::EMPTY,
             is_shifted: false,
-            block_delete_said: false,
             axes_used: AxisSet::EMPTY,
             codes: Vec::with_capacity(8),
         }
@@ -241,12 +249,6 @@ impl<'a> Executor<'a> {
 
     /// Executes a block. Faults that stand in `out` already are those of its text.
     pub fn run(&mut self, block: &Block, out: &mut Output<'_>) -> Flow {
-        if block.delete && !self.block_delete_said {
-            self.block_delete_said = true;
-            let message = "this line is executed, and so is every other that begins with /";
-            let fault = Fault::new(&rules::BLOCK_DELETE, 0, 1, message);
-            out.faults.push(fault.help("--block-delete skips these lines"));
-        }
         let text_is_faulty = out.faults.iter().any(is_error);
         if text_is_faulty {
             self.forget_position();
@@ -257,12 +259,15 @@ impl<'a> Executor<'a> {
         if self.run_plain_move(block, out) {
             return Flow::Next;
         }
+        let renamed = if self.is_lathe() { self.with_commas(block) } else { None };
+        let block = renamed.as_ref().unwrap_or(block);
         let mut asked = self.classify(block, out.faults);
         asked.is_faulty |= text_is_faulty;
         asked.motion_before = self.motion;
         asked.mm_per_unit_before = self.mm_per_unit;
         asked.is_faulty |= self.breaks_compensation(block, asked, out.faults);
         asked.is_faulty |= self.breaks_nurbs(block, asked, out.faults);
+        asked.is_faulty |= self.breaks_corner(block, asked);
         self.motion_first = out.motions.len();
         if !asked.is_faulty {
             asked.is_faulty = self.has_unused_words(block, asked, out.faults);
@@ -345,7 +350,7 @@ impl<'a> Executor<'a> {
             | Op::Rotation
             | Op::RotationOff => self.set_frames(op, block, out.faults),
             Op::GoToReference(_) | Op::StoreReference(_) => self.reference(op, block, *asked, out),
-            Op::LatheSetting | Op::ThreadCycle => self.run_lathe(op, block, asked, out),
+            Op::Lathe(code) => self.run_lathe(code, block, asked, out),
             Op::Rapid
             | Op::Line
             | Op::ArcClockwise
@@ -367,7 +372,7 @@ impl<'a> Executor<'a> {
     /// Whether the block asks for a lathe cycle, which needs a contour from elsewhere.
     fn turn_flow(&mut self, block: &Block, asked: Asked, out: &mut Output<'_>) -> Flow {
         if let Some(stock) = asked.stock.filter(|_| !asked.is_faulty) {
-            return self.stock_flow(stock, block, out.faults);
+            return self.stock_flow(stock, block, out.text, out.faults);
         }
         let MotionMode::Turn(turn) = self.motion else { return Flow::Next };
         let asks = asked.is_motion_named || block.letters() & AXIS_LETTERS != 0;
@@ -378,7 +383,7 @@ impl<'a> Executor<'a> {
     pub(super) fn set_motion(&mut self, op: Op, asked: &mut Asked) {
         asked.is_motion_named = true;
         self.motion = motion_of(op).unwrap_or(self.motion);
-        if !matches!(op, Op::Cycle(_)) {
+        if !matches!(op, Op::Cycle(_) | Op::Single(Single::Hole(_))) {
             self.cycle.initial_mm = None;
         }
     }
@@ -479,6 +484,14 @@ impl<'a> Executor<'a> {
         self.corner = Corner::Blend { tolerance_mm };
     }
 
+    /// The time that a word means: FANUC counts milliseconds in P, unless it has a point.
+    pub(super) fn seconds(&self, word: &Word, text: &[u8]) -> f64 {
+        let span = text.get(word.start as usize..word.end as usize);
+        let has_point = span.is_some_and(|text| text.contains(&b'.'));
+        let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
+        word.value / if is_ms { 1000.0 } else { 1.0 }
+    }
+
     /// G4: P is the time; without it X or U, as some controls write it.
     fn dwell(&self, block: &Block, asked: &mut Asked, out: &mut Output<'_>) {
         asked.dwell = true;
@@ -491,11 +504,7 @@ impl<'a> Executor<'a> {
                 out.faults.push(Fault::word(&rules::BAD_VALUE, word, "a dwell cannot be negative"));
             }
             Some(word) => {
-                // FANUC counts milliseconds in P, unless it has a point.
-                let span = out.text.get(word.start as usize..word.end as usize);
-                let has_point = span.is_some_and(|text| text.contains(&b'.'));
-                let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
-                out.event(EventKind::Dwell(word.value / if is_ms { 1000.0 } else { 1.0 }));
+                out.event(EventKind::Dwell(self.seconds(word, out.text)));
             }
             None if asked.is_faulty => {}
             None => {
@@ -505,6 +514,12 @@ impl<'a> Executor<'a> {
             }
         }
     }
+}
+
+/// The letters of a machine's linear axes.
+fn linear_letters(machine: &Machine) -> u32 {
+    let axes = machine.axes.iter().map(|profile| profile.axis).filter(|axis| !axis.is_rotary());
+    axes.fold(0, |letters, axis| letters | letter_bit(axis.letter() as u8))
 }
 
 pub(super) fn is_error(fault: &Fault) -> bool {

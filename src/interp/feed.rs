@@ -6,7 +6,7 @@
 //! (threads, taps).
 
 use crate::base::{Axis, EventKind, Point};
-use crate::gcode::codes::{FREE_LETTERS, Op};
+use crate::gcode::codes::{FREE_LETTERS, LatheCode, Op};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use super::duration::length;
@@ -84,7 +84,7 @@ impl Executor<'_> {
             self.set_feed(word, out.faults);
         }
         // S beside G50 of a lathe is a bound.
-        if let Some(word) = block.word(b'S').filter(|_| !self.asks(Op::LatheSetting)) {
+        if let Some(word) = block.word(b'S').filter(|_| !self.asks(Op::Lathe(LatheCode::Setting))) {
             self.set_speed(block, word, out);
         }
         if let Some(word) = block.word(b'T').filter(|_| self.is_lathe()) {

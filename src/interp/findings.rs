@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::base::{Axis, Diagnostic, Severity, Span};
+use crate::base::{Axis, CallSite, Diagnostic, Severity, Span};
 use crate::gcode::{Block, Fault, rules};
 
 /// Longest text that goes with a diagnostic; of longer lines the surroundings of the fault.
@@ -16,8 +16,8 @@ const TEXT_BYTES_BEFORE: usize = 60;
 pub(super) struct Place<'a> {
     pub line: u32,
     pub text: &'a [u8],
-    /// Lines of the calls that led here, outermost first.
-    pub calls: &'a [u32],
+    /// The calls that led here, outermost first.
+    pub calls: &'a [CallSite],
     /// The file, where it is not the program's own.
     pub file: Option<&'a str>,
 }
@@ -27,7 +27,7 @@ pub(super) struct Place<'a> {
 pub(super) struct Kept {
     line: u32,
     text: Vec<u8>,
-    calls: Vec<u32>,
+    calls: Vec<CallSite>,
     file: Option<String>,
     pub span: (u32, u32),
 }
@@ -38,6 +38,13 @@ impl Kept {
         let mut kept = Kept::default();
         kept.keep(axis, block, place);
         kept
+    }
+
+    /// A place of which faults are known.
+    pub fn of(place: Place<'_>) -> Kept {
+        let Place { line, text, calls, file } = place;
+        let (text, calls) = (text.to_vec(), calls.to_vec());
+        Kept { line, text, calls, file: file.map(str::to_owned), span: (0, 0) }
     }
 
     /// Takes another place instead.

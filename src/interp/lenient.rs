@@ -18,14 +18,16 @@ const FOREIGN: &[(u8, u16, u16, &str)] = &[
     (b'M', 104, 109, "sets a printer's temperature or fan"),
     (b'M', 110, 111, "is of the link to a printer"),
     (b'M', 113, 113, "is of the link to a printer"),
-    (b'M', 115, 115, "asks for the firmware's version"),
+    (b'M', 114, 115, "asks a printer for its position or version"),
     (b'M', 117, 118, "shows a text"),
     (b'M', 140, 141, "sets a printer's temperature"),
     (b'M', 149, 149, "chooses the unit of temperatures"),
     (b'M', 155, 155, "reports temperatures"),
     (b'M', 190, 191, "waits for a printer's temperature"),
     (b'M', 201, 205, "sets limits of a printer"),
+    (b'M', 220, 220, "puts speeds back to 100 percent"),
     (b'M', 221, 221, "sets a printer's flow"),
+    (b'M', 301, 304, "sets a printer's temperature control"),
     (b'M', 300, 300, "sounds a tone"),
     (b'M', 400, 400, "waits until motion has ended"),
     (b'M', 486, 486, "names a printed object"),
@@ -90,5 +92,7 @@ fn meaning(word: &Word, block: &Block) -> Option<&'static str> {
     })?;
     // Without words M73 saves modes.
     let is_other = word.value == 73.0 && block.letters() & letter_set("PRQS") == 0;
-    (word.value.fract() == 0.0 && !is_other).then_some(meaning)
+    // Any other share would change every feed.
+    let is_slower = word.value == 220.0 && block.word(b'S').is_none_or(|word| word.value != 100.0);
+    (word.value.fract() == 0.0 && !is_other && !is_slower).then_some(meaning)
 }

@@ -442,9 +442,8 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::LocalOffset
             | Op::SetPosition
             | Op::GoToReference(_)
-            | Op::LatheSetting
+            | Op::Lathe(_)
             | Op::Stock(_)
-            | Op::ThreadCycle
             | Op::LengthOffsetByWords
             | Op::Scaling
             | Op::Rotation

@@ -8,7 +8,7 @@
 use std::rc::Rc;
 
 use crate::gcode::rules::{self, Rule};
-use crate::gcode::{Binary, Block, Function, Step};
+use crate::gcode::{Block, Name, Step, short};
 
 use super::Dialect;
 use super::execute::Executor;
@@ -33,8 +33,8 @@ const DEBUG: u32 = 5599;
 const CALL_LOCALS: usize = 30;
 const MACRO_LOCALS: usize = 33;
 
-/// What differs by no more is equal (EQ, NE).
-const EQUAL_WITHIN: f64 = 1e-6;
+/// Named parameters that are global, or of one call, at most.
+const NAMES_MAX: usize = 100_000;
 
 /// The parameter that raises an alarm.
 const ALARM: u32 = 3000;
@@ -53,17 +53,18 @@ pub(super) struct Reason {
     pub help: Option<&'static str>,
 }
 
-type Value = Result<f64, NoValue>;
+/// The value of an expression or of a parameter.
+pub(super) type Value = Result<f64, NoValue>;
 
 pub(super) fn refuse<T>(rule: &'static Rule, message: impl Into<String>) -> Result<T, NoValue> {
     Err(Box::new(Reason { rule, message: message.into(), help: None }))
 }
 
 /// What is to be set: a parameter, found before anything of its line is set.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Target {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Target<'b> {
     Number(u32),
-    Name(Rc<str>),
+    Name(&'b Rc<Name>),
 }
 
 /// What setting a parameter has done.
@@ -85,12 +86,13 @@ struct Scope {
 /// All parameters of a run.
 #[derive(Debug)]
 pub(super) struct Parameters {
-    dialect: Dialect,
+    pub(super) dialect: Dialect,
     numbered: Vec<f64>,
     globals: Names,
     named: Names,
     scopes: Vec<Scope>,
-    stack: Vec<f64>,
+    /// Values of an expression that is being evaluated.
+    pub(super) stack: Vec<f64>,
 }
 
 impl Parameters {
@@ -132,8 +134,9 @@ impl Parameters {
 
     /// Sets what a subprogram gives back: `#<_value>`, and whether there is one.
     pub fn give_back(&mut self, value: Option<f64>) {
-        self.globals.insert(Rc::from("_value"), value.unwrap_or(0.0));
-        self.globals.insert(Rc::from("_value_returned"), f64::from(u8::from(value.is_some())));
+        self.globals.insert(Rc::new(Name::new("_value")), value.unwrap_or(0.0));
+        self.globals
+            .insert(Rc::new(Name::new("_value_returned")), f64::from(u8::from(value.is_some())));
     }
 
     fn reserve(&mut self) {
@@ -144,15 +147,18 @@ impl Parameters {
     }
 
     /// Sets a parameter.
-    pub fn set(&mut self, target: &Target, value: f64) -> Result<Set, NoValue> {
-        match target {
-            Target::Name(name) if name.starts_with('_') => {
-                self.globals.insert(Rc::clone(name), value);
-            }
-            Target::Name(name) => {
-                self.named.insert(Rc::clone(name), value);
-            }
-            Target::Number(number) => return self.set_number(*number, value),
+    pub fn set(&mut self, target: Target<'_>, value: f64) -> Result<Set, NoValue> {
+        let name = match target {
+            Target::Number(number) => return self.set_number(number, value),
+            Target::Name(name) => name,
+        };
+        let names = if name.is_global() { &mut self.globals } else { &mut self.named };
+        if let Some(place) = names.get_mut(name) {
+            *place = value;
+        } else if names.len() < NAMES_MAX {
+            names.insert(Rc::clone(name), value);
+        } else {
+            return refuse(&rules::BAD_PARAMETER, format!("more than {NAMES_MAX} names are set"));
         }
         Ok(Set::Done)
     }
@@ -180,7 +186,15 @@ impl Parameters {
     }
 
     #[inline]
-    fn numbered(&self, number: u32, executor: &Executor<'_>) -> Value {
+    pub(super) fn numbered(&self, number: u32, executor: &Executor<'_>) -> Value {
+        match self.numbered.get(number as usize) {
+            Some(value) if number < SYSTEM_FIRST && !value.is_nan() => Ok(*value),
+            _ => self.system_or_unset(number, executor),
+        }
+    }
+
+    /// The value of a parameter that may be the control's, or not set.
+    fn system_or_unset(&self, number: u32, executor: &Executor<'_>) -> Value {
         if number == 0 {
             return Ok(EMPTY);
         }
@@ -195,8 +209,8 @@ impl Parameters {
     }
 
     /// Whether a named parameter is the control's own.
-    pub fn is_own(&self, name: &str, executor: &Executor<'_>) -> bool {
-        name.starts_with('_') && self.own(name, executor).is_some()
+    pub fn is_own(&self, name: &Name, executor: &Executor<'_>) -> bool {
+        name.is_global() && self.own(name.as_str(), executor).is_some()
     }
 
     fn own(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
@@ -207,18 +221,19 @@ impl Parameters {
         }
     }
 
-    fn find(&self, name: &str, executor: &Executor<'_>) -> Option<f64> {
-        if name.starts_with('_') {
-            self.globals.get(name).copied().or_else(|| self.own(name, executor))
+    pub(super) fn find(&self, name: &Rc<Name>, executor: &Executor<'_>) -> Option<f64> {
+        if name.is_global() {
+            self.globals.get(name).copied().or_else(|| self.own(name.as_str(), executor))
         } else {
             self.named.get(name).copied()
         }
     }
 
-    fn named(&self, name: &str, executor: &Executor<'_>) -> Value {
+    #[inline(never)]
+    pub(super) fn named(&self, name: &Rc<Name>, executor: &Executor<'_>) -> Value {
         self.find(name, executor).ok_or_else(|| {
             let outside = [("_ini[", "the configuration"), ("_hal[", "the signals")];
-            let of = outside.iter().find(|(prefix, _)| name.starts_with(prefix));
+            let of = outside.iter().find(|(prefix, _)| name.as_str().starts_with(prefix));
             let message = match of {
                 Some((_, what)) => format!("#<{name}> is of {what} of a LinuxCNC: there is none"),
                 None => format!("#<{name}> is read here, and nothing has set it"),
@@ -235,143 +250,28 @@ impl Parameters {
     }
 
     /// The number of a parameter that a value stands for.
-    fn number_of(value: f64) -> Result<u32, NoValue> {
+    pub(super) fn number_of(value: f64) -> Result<u32, NoValue> {
         // As RS274/NGC: what is nearly whole is.
         let whole = plain(value).round();
         if (plain(value) - whole).abs() > 1e-4 || !(0.0..=f64::from(u32::MAX)).contains(&whole) {
-            let message = format!("there is no parameter #{}", plain(value));
+            let message = format!("there is no parameter #{}", short(plain(value)));
             return refuse(&rules::BAD_PARAMETER, message);
         }
         Ok(whole as u32)
     }
 
     /// The parameter that a line sets.
-    pub fn target(
+    pub fn target<'b>(
         &mut self,
-        step: &Step,
+        step: &'b Step,
         code: &[Step],
         executor: &Executor<'_>,
-    ) -> Result<Target, NoValue> {
+    ) -> Result<Target<'b>, NoValue> {
         match step {
             Step::Parameter(number) => Ok(Target::Number(*number)),
-            Step::Named(name) => Ok(Target::Name(Rc::clone(name))),
+            Step::Named(name) => Ok(Target::Name(name)),
             _ => Ok(Target::Number(Self::number_of(self.value(code, executor)?)?)),
         }
-    }
-
-    /// The value of an expression: a number, [`EMPTY`] or [`UNSET`].
-    pub fn value(&mut self, code: &[Step], executor: &Executor<'_>) -> Value {
-        match code {
-            [Step::Number(value)] => return Ok(*value),
-            [Step::Parameter(number)] => return self.numbered(*number, executor),
-            _ => {}
-        }
-        let mut stack = std::mem::take(&mut self.stack);
-        stack.clear();
-        let value = self.run(code, &mut stack, executor);
-        self.stack = stack;
-        value
-    }
-
-    /// The value of an expression, where having none counts as 0.
-    pub fn number(&mut self, code: &[Step], executor: &Executor<'_>) -> Value {
-        self.value(code, executor).map(plain)
-    }
-
-    fn run(&self, code: &[Step], stack: &mut Vec<f64>, executor: &Executor<'_>) -> Value {
-        // The value on top is kept beside the stack: most steps take it and put another there.
-        let mut top = 0.0;
-        for step in code {
-            let value = match step {
-                Step::Number(value) => *value,
-                Step::Parameter(number) => self.numbered(*number, executor)?,
-                Step::Named(name) => self.named(name, executor)?,
-                Step::Exists(name) => truth(self.find(name, executor).is_some()),
-                Step::Indirect => {
-                    top = self.numbered(Self::number_of(top)?, executor)?;
-                    continue;
-                }
-                Step::Negate => {
-                    top = -plain(top);
-                    continue;
-                }
-                Step::Function(function) => {
-                    top = self.function(*function, plain(top))?;
-                    continue;
-                }
-                Step::Binary(operator) => {
-                    // The reader of expressions puts no step where its values are missing.
-                    let first = stack.pop().unwrap_or_default();
-                    top = self.binary(*operator, first, top)?;
-                    continue;
-                }
-            };
-            stack.push(std::mem::replace(&mut top, value));
-        }
-        Ok(top)
-    }
-
-    fn function(&self, function: Function, x: f64) -> Value {
-        let is_fanuc = self.dialect.is_fanuc();
-        let value = match function {
-            Function::Abs => x.abs(),
-            Function::Acos if x.abs() <= 1.0 => x.acos().to_degrees(),
-            Function::Asin if x.abs() <= 1.0 => x.asin().to_degrees(),
-            Function::Cos => x.to_radians().cos(),
-            Function::Exp => x.exp(),
-            Function::Fix if is_fanuc => x.trunc(),
-            Function::Fix => x.floor(),
-            Function::Fup if is_fanuc => x.abs().ceil().copysign(x),
-            Function::Fup => x.ceil(),
-            Function::Ln if x > 0.0 => x.ln(),
-            Function::Round => x.round(),
-            Function::Sin => x.to_radians().sin(),
-            Function::Sqrt if x >= 0.0 => x.sqrt(),
-            Function::Tan => x.to_radians().tan(),
-            Function::Acos | Function::Asin | Function::Ln | Function::Sqrt => f64::NAN,
-        };
-        if value.is_finite() {
-            return Ok(value);
-        }
-        refuse(&rules::ARITHMETIC, format!("{}[{x}] has no value", function.name()))
-    }
-
-    fn binary(&self, operator: Binary, first: f64, second: f64) -> Value {
-        let (a, b) = (plain(first), plain(second));
-        let bits = |combine: fn(i64, i64) -> i64, logic: fn(bool, bool) -> bool| {
-            if self.dialect.is_fanuc() {
-                combine(a as i64, b as i64) as f64
-            } else {
-                truth(logic(a != 0.0, b != 0.0))
-            }
-        };
-        let value = match operator {
-            Binary::Power if a < 0.0 && b.fract() != 0.0 => f64::NAN,
-            Binary::Power => a.powf(b),
-            Binary::Times => a * b,
-            Binary::Divide if b == 0.0 => {
-                return refuse(&rules::ARITHMETIC, format!("{a} is divided by zero"));
-            }
-            Binary::Divide => a / b,
-            Binary::Modulo if b == 0.0 => f64::NAN,
-            Binary::Modulo => a.rem_euclid(b),
-            Binary::Plus => a + b,
-            Binary::Minus => a - b,
-            Binary::Equal => truth(equal(first, second)),
-            Binary::NotEqual => truth(!equal(first, second)),
-            Binary::Greater => truth(a > b),
-            Binary::GreaterOrEqual => truth(a >= b),
-            Binary::Less => truth(a < b),
-            Binary::LessOrEqual => truth(a <= b),
-            Binary::And => bits(|a, b| a & b, |a, b| a && b),
-            Binary::Or => bits(|a, b| a | b, |a, b| a || b),
-            Binary::Xor => bits(|a, b| a ^ b, |a, b| a != b),
-            Binary::Atan => a.atan2(b).to_degrees(),
-        };
-        if value.is_finite() {
-            return Ok(value);
-        }
-        refuse(&rules::ARITHMETIC, format!("[{a} {} {b}] has no value", operator.name()))
     }
 
     /// A message with the values of the parameters it names, as DEBUG and PRINT show it.
@@ -383,17 +283,15 @@ impl Parameters {
             rest = &rest[at..];
             let (value, end) = if let Some(end) = rest.find('>').filter(|_| rest.starts_with("#<"))
             {
-                (
-                    self.find(&rest[2..end].to_lowercase().replace([' ', '\t'], ""), executor),
-                    end + 1,
-                )
+                let name = rest[2..end].to_lowercase().replace([' ', '\t'], "");
+                (self.find(&Rc::new(Name::new(&name)), executor), end + 1)
             } else {
                 let digits = rest[1..].bytes().take_while(u8::is_ascii_digit).count();
                 let number = rest[1..=digits].parse().ok();
                 (number.and_then(|number| self.numbered(number, executor).ok()), 1 + digits)
             };
             match value {
-                Some(value) => filled.push_str(&plain(value).to_string()),
+                Some(value) => filled.push_str(&short(plain(value))),
                 None => filled.push_str(&rest[..end]),
             }
             rest = &rest[end..];
@@ -419,18 +317,6 @@ pub(super) fn plain(value: f64) -> f64 {
 /// Whether a word of this value is left out.
 pub(super) fn is_empty(value: f64) -> bool {
     value.to_bits() == EMPTY.to_bits()
-}
-
-fn truth(holds: bool) -> f64 {
-    f64::from(u8::from(holds))
-}
-
-/// No value equals no value only; a parameter that is not set equals both that and 0.
-fn equal(a: f64, b: f64) -> bool {
-    if is_empty(a) || is_empty(b) {
-        return a.is_nan() && b.is_nan();
-    }
-    (plain(a) - plain(b)).abs() < EQUAL_WITHIN
 }
 
 /// The parameters that the words of G65 set: list I of macro B, or list II where I, J or K stands
@@ -472,9 +358,9 @@ mod tests {
         let options = crate::interp::Options { dialect, ..Default::default() };
         let executor = Executor::new(&machine, &options);
         let mut parameters = Parameters::new(dialect);
-        parameters.set(&Target::Number(1), 7.0).unwrap();
-        parameters.set(&Target::Number(7), 49.0).unwrap();
-        parameters.set(&Target::Name(Rc::from("name")), 3.0).unwrap();
+        parameters.set(Target::Number(1), 7.0).unwrap();
+        parameters.set(Target::Number(7), 49.0).unwrap();
+        parameters.set(Target::Name(&Rc::new(Name::new("name"))), 3.0).unwrap();
         let (mut block, mut faults) = (Block::default(), Vec::<Fault>::new());
         parse(format!("X[{text}]").as_bytes(), &mut block, &mut faults);
         assert!(faults.is_empty(), "{text}: {faults:?}");
@@ -565,8 +451,8 @@ mod tests {
         let machine = Machine::load("ideal").unwrap();
         let executor = Executor::new(&machine, &crate::interp::Options::default());
         let mut parameters = Parameters::new(Dialect::Iso);
-        parameters.set(&Target::Number(12), 1.5).unwrap();
-        parameters.set(&Target::Name(Rc::from("ab")), 2.0).unwrap();
+        parameters.set(Target::Number(12), 1.5).unwrap();
+        parameters.set(Target::Name(&Rc::new(Name::new("ab"))), 2.0).unwrap();
         let text = parameters.filled_in("#12 is #<A b>, #<c> # #99999999999 \u{e9}#", &executor);
         assert_eq!(text, "1.5 is 2, #<c> # #99999999999 \u{e9}#");
     }

@@ -21,9 +21,9 @@ const ROUNDING_MM: f64 = 1e-6;
 pub(super) struct Plunges {
     spindle_turns: bool,
     starts_spindle: bool,
-    /// Where the last cut ended, in machine coordinates, and how deep any has gone; none before the
-    /// first.
-    cut_mm: Option<(Point, f64)>,
+    /// X, Y and Z where the last cut ended, in machine coordinates, and how deep any has gone; none
+    /// before the first.
+    cut_mm: Option<([f64; 3], f64)>,
     /// Those while the spindle stands still, and those while it turns.
     found: [Found; 2],
 }
@@ -44,7 +44,8 @@ impl Plunges {
     /// Takes a cut.
     pub fn cut(&mut self, step: &Move) {
         let deepest_mm = self.cut_mm.map_or(f64::INFINITY, |(_, deepest_mm)| deepest_mm);
-        self.cut_mm = Some((step.to, deepest_mm.min(step.to[Axis::Z])));
+        let at_mm = Axis::LINEAR.map(|axis| step.to[axis]);
+        self.cut_mm = Some((at_mm, deepest_mm.min(step.to[Axis::Z])));
     }
 
     /// Takes a rapid of a block with G0 in force; `ends_mm`: its ends in program coordinates.
@@ -65,10 +66,10 @@ impl Plunges {
     /// level of one, elsewhere, G1 is likely to be missing.
     fn is_cut(&self, to: &Point) -> bool {
         self.cut_mm.is_some_and(|(cut, deepest_mm)| {
-            let near = |axis: Axis| (to[axis] - cut[axis]).abs() < ROUNDING_MM;
-            let is_there = near(Axis::X) && near(Axis::Y);
-            to[Axis::Z] > deepest_mm + ROUNDING_MM
-                || (is_there && to[Axis::Z] > cut[Axis::Z] - ROUNDING_MM)
+            let [x_mm, y_mm, z_mm] = cut;
+            let near = |axis: Axis, at_mm: f64| (to[axis] - at_mm).abs() < ROUNDING_MM;
+            let is_there = near(Axis::X, x_mm) && near(Axis::Y, y_mm);
+            to[Axis::Z] > deepest_mm + ROUNDING_MM || (is_there && to[Axis::Z] > z_mm - ROUNDING_MM)
         })
     }
 

@@ -18,7 +18,6 @@ const ROUNDING_MM: f64 = 1e-6;
 /// The extents of all moves so far, and where they leave the travel.
 #[derive(Debug)]
 pub(super) struct Travel {
-    axes: Vec<Axis>,
     /// The travel; where there is none, the positions that can be told apart in steps.
     limits_mm: AxisMap<[f64; 2]>,
     /// The limits, and by how much rounding may leave them.
@@ -26,14 +25,15 @@ pub(super) struct Travel {
     /// Reached by what shifts with the part, and by what is named in machine coordinates.
     part_mm: Bounds,
     fixed_mm: Bounds,
+    /// What the part has reached of what is allowed: most moves stay within, and add nothing.
+    known_mm: Bounds,
     /// Axes that stand where machine coordinates have led them.
     fixed: AxisSet,
     breaches: Vec<Breach>,
     any: bool,
 }
 
-/// Least and greatest positions: two points, so that a move is held against them in a few
-/// instructions for all axes.
+/// Least and greatest positions.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     least: Point,
@@ -43,9 +43,14 @@ struct Bounds {
 impl Bounds {
     /// Of nothing.
     fn nowhere() -> Bounds {
+        Bounds::each(|_| [f64::INFINITY, f64::NEG_INFINITY])
+    }
+
+    /// Made axis by axis.
+    fn each(bounds: impl Fn(Axis) -> [f64; 2]) -> Bounds {
         Bounds {
-            least: AxisMap::from_fn(|_| f64::INFINITY),
-            greatest: AxisMap::from_fn(|_| f64::NEG_INFINITY),
+            least: AxisMap::from_fn(|axis| bounds(axis)[0]),
+            greatest: AxisMap::from_fn(|axis| bounds(axis)[1]),
         }
     }
 
@@ -86,14 +91,14 @@ impl Travel {
         };
         let limits_mm = AxisMap::from_fn(limit);
         Travel {
-            axes: machine.axes.iter().map(|profile| profile.axis).collect(),
             limits_mm,
-            allowed_mm: Bounds {
-                least: AxisMap::from_fn(|axis| limits_mm[axis][0] - ROUNDING_MM),
-                greatest: AxisMap::from_fn(|axis| limits_mm[axis][1] + ROUNDING_MM),
-            },
+            allowed_mm: Bounds::each(|axis| {
+                let [least, greatest] = limits_mm[axis];
+                [least - ROUNDING_MM, greatest + ROUNDING_MM]
+            }),
             part_mm: Bounds::nowhere(),
             fixed_mm: Bounds::nowhere(),
+            known_mm: Bounds::nowhere(),
             fixed: AxisSet::EMPTY,
             breaches: Vec::new(),
             any: false,
@@ -117,7 +122,7 @@ impl Travel {
     }
 
     /// Takes a move. Axes whose position a fault has left open are not judged.
-    pub fn add(&mut self, step: &Move, block: &Block, place: Place<'_>, open: AxisSet) {
+    pub fn add(&mut self, step: &Move, block: &Block, place: &Place<'_>, open: AxisSet) {
         if !self.any {
             self.any = true;
             self.point(&step.from, block, place, open);
@@ -129,9 +134,7 @@ impl Travel {
             let radius_mm = distance(ends[0], center_mm).max(distance(ends[1], center_mm));
             let adds_nothing = |(axis, center): (Axis, f64)| {
                 let circle = [center - radius_mm, center + radius_mm];
-                !self.fixed.contains(axis)
-                    && self.part_mm.contain(axis, circle)
-                    && self.allowed_mm.contain(axis, circle)
+                !self.fixed.contains(axis) && self.known_mm.contain(axis, circle)
             };
             if axes.into_iter().zip(center_mm).all(adds_nothing) {
                 return;
@@ -148,33 +151,25 @@ impl Travel {
         }
     }
 
-    fn point(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
-        if !self.fixed.is_empty() {
-            return self.each_axis(point, block, place, open);
-        }
-        let mut is_beyond = false;
-        let Bounds { least, greatest } = &mut self.part_mm;
-        for (i, at) in point.0.into_iter().enumerate() {
-            least.0[i] = if at < least.0[i] { at } else { least.0[i] };
-            greatest.0[i] = if at > greatest.0[i] { at } else { greatest.0[i] };
-            is_beyond |= (at < self.allowed_mm.least.0[i]) | (at > self.allowed_mm.greatest.0[i]);
-        }
-        if is_beyond {
-            self.each_axis(point, block, place, open);
+    fn point(&mut self, point: &Point, block: &Block, place: &Place<'_>, open: AxisSet) {
+        for axis in Axis::ALL {
+            let at = [point[axis]; 2];
+            if !self.known_mm.contain(axis, at) || self.fixed.contains(axis) {
+                self.reach(axis, at, block, place, open);
+            }
         }
     }
 
-    fn each_axis(&mut self, point: &Point, block: &Block, place: Place<'_>, open: AxisSet) {
-        for i in 0..self.axes.len() {
-            let axis = self.axes[i];
-            self.reach(axis, [point[axis]; 2], block, place, open);
-        }
-    }
-
-    fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: Place<'_>, open: AxisSet) {
+    fn reach(&mut self, axis: Axis, at: [f64; 2], block: &Block, place: &Place<'_>, open: AxisSet) {
         let is_fixed = self.fixed.contains(axis);
-        let reached = if is_fixed { &mut self.fixed_mm } else { &mut self.part_mm };
-        reached.extend(axis, at);
+        if is_fixed {
+            self.fixed_mm.extend(axis, at);
+        } else {
+            self.part_mm.extend(axis, at);
+            let ([least, greatest], allowed) = (self.part_mm.of(axis), &self.allowed_mm);
+            self.known_mm.least[axis] = least.max(allowed.least[axis]);
+            self.known_mm.greatest[axis] = greatest.min(allowed.greatest[axis]);
+        }
         if open.contains(axis) {
             return;
         }
@@ -187,7 +182,7 @@ impl Travel {
     }
 
     #[cold]
-    fn breach(&mut self, axis: Axis, above: bool, reach_mm: f64, block: &Block, place: Place<'_>) {
+    fn breach(&mut self, axis: Axis, above: bool, reach_mm: f64, block: &Block, place: &Place<'_>) {
         let known = self.breaches.iter_mut().find(|b| b.axis == axis && b.above == above);
         let breach = match known {
             Some(breach) => {
@@ -217,7 +212,7 @@ impl Travel {
         };
         breach.reach_mm = reach_mm;
         breach.is_fixed = self.fixed.contains(axis);
-        breach.kept.keep(axis, block, place);
+        breach.kept.keep(axis, block, *place);
     }
 
     /// Reports every breach of the travel.

@@ -8,7 +8,7 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::rc::Rc;
 
-use crate::base::Point;
+use crate::base::{CallSite, Point};
 use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Fault, Label, rules};
 
@@ -17,6 +17,7 @@ use super::execute::Output;
 use super::findings::Place;
 use super::flow::Flow;
 use super::motion::{Motion, MoveKind};
+use super::moves::{BLOCK_MOVES_MAX, refuse_more};
 use super::run::{End, Run};
 use super::words::whole;
 
@@ -27,7 +28,7 @@ pub(super) struct Awaited {
     block: Block,
     line: u32,
     text: Vec<u8>,
-    calls: Vec<u32>,
+    calls: Vec<CallSite>,
     file: Option<String>,
     /// How many calls and loops there were before that of the contour.
     depth: usize,
@@ -45,11 +46,11 @@ impl Run<'_> {
         let Some(word) = block.word(b'Q') else {
             let message = "this lathe cycle has no Q, the subprogram that holds its contour";
             self.engine.faults.push(Fault::block(&rules::MISSING_WORD, &block, message));
-            self.engine.report(place, true);
+            self.engine.report(&place, true);
             return Ok(());
         };
         let number = whole(word, 999_999_999, &mut self.engine.faults);
-        self.engine.report(place, true);
+        self.engine.report(&place, true);
         let Some(number) = number else { return Ok(()) };
         let depth = self.frames.len();
         let position_mm = self.engine.executor.position_mm;
@@ -89,23 +90,26 @@ impl Run<'_> {
         }
         let Some(frame) = self.frames.last() else { return Ok(()) };
         let body = Rc::clone(&frame.body);
-        let first_at = body.find(first, 0);
-        let last_at = first_at.and_then(|from| body.find(last, from));
-        let (Some(from), Some(to)) = (first_at, last_at) else {
-            let number = if first_at.is_none() { first } else { last };
-            let message = format!("there is no block N{number} around this cycle");
-            self.engine.faults.push(Fault::block(&rules::UNKNOWN_LABEL, &block, message));
-            self.engine.executor.forget_position();
-            self.engine.report(place, true);
-            return Ok(());
+        let blocks = match contour_blocks(&body, first, last) {
+            Ok(blocks) => blocks,
+            Err(message) => {
+                self.engine.faults.push(Fault::block(&rules::UNKNOWN_LABEL, &block, message));
+                self.engine.executor.forget_position();
+                self.engine.report(&place, true);
+                return Ok(());
+            }
         };
         if stock == Stock::Finish {
-            self.run_blocks(&body, from..=to, &block, place, motions);
+            self.run_blocks(&body, blocks, &block, place, motions);
         } else {
-            self.cut_blocks((stock, &body, from..=to), &block, place, motions);
-            self.go_to(to + 1);
+            let last = *blocks.end();
+            self.cut_blocks((stock, &body, blocks), &block, place, motions);
+            // A contour that another cycle has cut before lies behind: it is no loop.
+            if self.frames.last().is_some_and(|frame| frame.next <= last) {
+                self.go_to(last + 1);
+            }
         }
-        self.engine.report(place, true);
+        self.engine.report(&place, true);
         Ok(())
     }
 
@@ -123,12 +127,17 @@ impl Run<'_> {
             let Some((block, line, text)) = body.get(at) else { return };
             let here = Place { line, text, ..place };
             if block.statement().is_some()
-                || self.engine.execute(block, here, motions) != Flow::Next
+                || self.engine.execute(block, &here, motions) != Flow::Next
             {
                 self.leads_away(block);
             }
-            self.engine.report(here, true);
+            self.engine.report(&here, true);
+            if motions.len() >= BLOCK_MOVES_MAX {
+                refuse_more(cycle, &mut self.engine.faults);
+                break;
+            }
         }
+        self.engine.end_corner();
         let executor = &mut self.engine.executor;
         let mut faults = std::mem::take(&mut self.engine.faults);
         let mut out = Output { line: place.line, text: place.text, motions, faults: &mut faults };
@@ -152,15 +161,18 @@ impl Run<'_> {
             let Some((block, line, text)) = body.get(at) else { break };
             let here = Place { line, text, ..place };
             if block.statement().is_some()
-                || self.engine.execute(block, here, motions) != Flow::Next
+                || self.engine.execute(block, &here, motions) != Flow::Next
             {
                 self.leads_away(block);
             }
-            self.engine.report(here, true);
+            self.engine.report(&here, true);
         }
         self.engine.executor.position_mm = position_mm;
+        if let Some(contour) = &mut self.engine.contour {
+            contour.end(cycle, &mut self.engine.faults);
+        }
         match self.engine.contour.take().filter(|contour| !contour.is_faulty) {
-            Some(contour) => self.engine.cut_stock(stock, cycle, &contour, place, motions),
+            Some(contour) => self.engine.cut_stock(stock, cycle, &contour, &place, motions),
             None => self.engine.executor.forget_position(),
         }
     }
@@ -174,15 +186,27 @@ impl Run<'_> {
     pub(super) fn end_contour(&mut self, motions: &mut Vec<Motion>) {
         let is_over = |awaited: &mut Awaited| self.frames.len() <= awaited.depth;
         let Some(awaited) = self.awaited.take_if(is_over) else { return };
-        let Some(contour) = self.engine.contour.take() else { return };
+        let Some(mut contour) = self.engine.contour.take() else { return };
         self.engine.executor.position_mm = awaited.position_mm;
-        if contour.is_faulty {
-            self.engine.executor.forget_position();
-            return;
-        }
         let Awaited { turn, block, line, text, calls, file, .. } = &awaited;
         let place = Place { line: *line, text, calls, file: file.as_deref() };
-        self.engine.turn(*turn, block, &contour, place, motions);
-        self.engine.report(place, true);
+        contour.end(block, &mut self.engine.faults);
+        if contour.is_faulty {
+            self.engine.executor.forget_position();
+        } else {
+            self.engine.turn(*turn, block, &contour, &place, motions);
+        }
+        self.engine.report(&place, true);
+    }
+}
+
+/// The blocks from one N word to another, or why there are none.
+fn contour_blocks(body: &Body, first: u32, last: u32) -> Result<RangeInclusive<usize>, String> {
+    let Some(from) = body.find(first, 0) else {
+        return Err(format!("there is no block N{first} around this cycle"));
+    };
+    match body.find(last, from).filter(|to| *to >= from) {
+        Some(to) => Ok(from..=to),
+        None => Err(format!("there is no block N{last} behind N{first}")),
     }
 }

@@ -22,7 +22,7 @@ use super::decisions::Decisions;
 use super::junction::Junction;
 use super::lookahead::Decided;
 use super::piece::{Piece, SPEEDS_EQUAL};
-use super::{Bound, Feed, SeamKind, Seams};
+use super::{Bound, Feed, Ramp, SeamKind, Seams};
 
 /// The speeds of a block: of a move, or of what is left of it between seams.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,11 +118,11 @@ impl<I> Explainer<'_, I> {
         match decided {
             Decided::Event(_) | Decided::Seam(SeamKind::Rest) => self.rest(Bound::Stop),
             Decided::Seam(SeamKind::Rapid | SeamKind::Cut) => self.rest(Bound::Seam),
-            Decided::Piece { piece, junction, ends_mm_s, at_seam } => {
+            Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam } => {
                 if piece.shares[0] == 0.0 {
                     self.turn(&junction, &piece);
                 }
-                self.run(piece, junction, ends_mm_s, at_seam);
+                self.run(piece, junction, (ends_mm_s, ramp), at_seam);
             }
         }
     }
@@ -158,8 +158,13 @@ impl<I> Explainer<'_, I> {
         self.waiting = Some((speed, Behind { pieces: Vec::new(), enough: PIECES_MIN }));
     }
 
-    fn run(&mut self, piece: Piece, junction: Junction, ends_mm_s: [f64; 2], at_seam: bool) {
-        let ramp = piece.ramp(ends_mm_s);
+    fn run(
+        &mut self,
+        piece: Piece,
+        junction: Junction,
+        (ends_mm_s, ramp): ([f64; 2], Ramp),
+        at_seam: bool,
+    ) {
         let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
         let top_bound = match piece.bound(ends_mm_s, &ramp) {
             Bound::Acceleration if at_seam => Bound::Seam,

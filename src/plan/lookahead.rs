@@ -22,9 +22,10 @@ use std::collections::VecDeque;
 use crate::base::{Event, Machine};
 use crate::path::Curve;
 
+use super::jerk::Smoother;
 use super::junction::Junction;
 use super::piece::Piece;
-use super::{Bound, Feed, SeamKind};
+use super::{Bound, Feed, Ramp, SeamKind};
 
 /// An item on its way to the schedule.
 #[derive(Clone, Debug)]
@@ -53,6 +54,8 @@ pub enum Decided {
         junction: Junction,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
+        /// How it is run between them.
+        ramp: Ramp,
         /// It begins or ends with a stop that only a seam asks for.
         at_seam: bool,
     },
@@ -87,6 +90,8 @@ pub struct LookAhead<'a> {
     decided: usize,
     /// Items that the queue holds before the passes run again.
     enough: usize,
+    /// What comes after, where an axis has a limit on jerk.
+    smoother: Option<Smoother>,
 }
 
 #[derive(Debug)]
@@ -114,7 +119,8 @@ impl Decided {
             Ahead::Seam(kind) => Decided::Seam(kind),
             Ahead::Piece { piece, junction } => {
                 let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
-                Decided::Piece { piece, junction, ends_mm_s, at_seam: false }
+                let ramp = piece.ramp(ends_mm_s);
+                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam: false }
             }
         }
     }
@@ -128,9 +134,11 @@ fn is_own_stop(item: &Ahead) -> bool {
 impl<'a> LookAhead<'a> {
     /// From rest.
     pub fn new(machine: &'a Machine, feed: Feed) -> LookAhead<'a> {
+        let has_ramps = feed != Feed::Constant;
+        let has_jerk = machine.axes.iter().any(|axis| axis.jerk_max_mm_s3.is_some());
         LookAhead {
             machine,
-            has_ramps: feed != Feed::Constant,
+            has_ramps,
             tick_s: machine.bus.tick_s(),
             tolerance_mm: machine.path_tolerance_mm,
             queue: VecDeque::new(),
@@ -138,6 +146,7 @@ impl<'a> LookAhead<'a> {
             is_at_seam: false,
             decided: 0,
             enough: ITEMS_MIN,
+            smoother: (has_ramps && has_jerk).then(Smoother::new),
         }
     }
 
@@ -174,8 +183,22 @@ impl<'a> LookAhead<'a> {
         self.decided = self.queue.len();
     }
 
-    /// Gives the next item whose speeds are decided, if there is one.
+    /// Gives the next item whose motion is decided, if there is one.
     pub fn pop(&mut self) -> Option<Decided> {
+        if self.smoother.is_none() {
+            return self.pop_speeds();
+        }
+        loop {
+            if let Some(smooth) = self.smoother.as_mut().and_then(Smoother::pop) {
+                return Some(smooth);
+            }
+            let decided = self.pop_speeds()?;
+            self.smoother.as_mut()?.push(decided);
+        }
+    }
+
+    /// Gives the next item whose speeds are decided, if there is one.
+    fn pop_speeds(&mut self) -> Option<Decided> {
         if self.decided == 0 {
             return None;
         }
@@ -194,7 +217,8 @@ impl<'a> LookAhead<'a> {
             Ahead::Seam(kind) => Decided::Seam(kind),
             Ahead::Piece { piece, junction } => {
                 let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
-                Decided::Piece { piece, junction, ends_mm_s, at_seam }
+                let ramp = piece.ramp(ends_mm_s);
+                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam }
             }
         })
     }

@@ -8,8 +8,9 @@
 //!    bus and tick let it go;
 //! 3. [`junction`]: how fast the path may be where segments meet;
 //! 4. [`lookahead`]: the greatest speeds within all that, over the whole program;
-//! 5. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
-//! 6. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
+//! 5. [`jerk`]: where axes have a limit on jerk, accelerations that change evenly;
+//! 6. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
+//! 7. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
 //!
 //! [`explain`] tells why each block is as fast as it is, [`survey`] what each seam costs.
 //!
@@ -22,6 +23,7 @@ mod corner;
 mod cost;
 mod decisions;
 mod explain;
+mod jerk;
 mod junction;
 mod lookahead;
 mod piece;

@@ -14,6 +14,7 @@ use crate::base::machine::AxisProfile;
 use crate::base::{Axis, Machine, Point};
 use crate::path::{Curve, Rates, Segment, Span};
 
+use super::jerk::JerkLimit;
 use super::junction::Junction;
 use super::{Bound, Ramp};
 
@@ -51,6 +52,8 @@ pub struct Piece {
     pub ends_sq_max: [f64; 2],
     /// What sets these speeds.
     pub bounds: [Bound; 2],
+    /// How much jerk its axes stand.
+    pub jerk: JerkLimit,
     grip: Grip,
 }
 
@@ -196,6 +199,7 @@ impl Piece {
             ends[1].bend_per_mm = bends[1];
         }
         ends[end].bend_per_mm = *bend_per_mm;
+        self.hold_jerk(&ends, machine);
         self.grip = self.held(&ends, machine);
     }
 
@@ -218,6 +222,7 @@ impl Piece {
             }
         }
         piece.hold_chord(machine);
+        piece.jerk = JerkLimit::straight(&speeds, machine);
         piece.grip = Grip::Straight { accel_mm_s2 };
         piece
     }
@@ -242,8 +247,17 @@ impl Piece {
             Curve::Line | Curve::Arc(_) => piece.hold_chord(machine),
             Curve::Spline(_) => piece.hold_sagitta(ends, machine),
         }
+        piece.hold_jerk(ends, machine);
         piece.grip = piece.held(ends, machine);
         piece
+    }
+
+    /// Holds the speed at which the curve's own turn takes its share of the axes' jerk.
+    fn hold_jerk(&mut self, ends: &[Rates; 2], machine: &Machine) {
+        self.jerk = JerkLimit::bent(ends, machine);
+        if let Some((speed_sq, axis)) = self.jerk.speed_sq_max() {
+            self.bounded_by(speed_sq, Bound::Curvature(axis));
+        }
     }
 
     /// How the axes hold a piece with these derivatives at its ends, up to its greatest speed.
@@ -279,6 +293,7 @@ impl Piece {
             length_mm,
             ends_sq_max: [feed_mm_s * feed_mm_s; 2],
             bounds: [Bound::Feed; 2],
+            jerk: JerkLimit::NONE,
             grip: Grip::Straight { accel_mm_s2: f64::INFINITY },
         }
     }
@@ -359,6 +374,26 @@ impl Piece {
             }
         };
         reach.min(self.ends_sq_max[1])
+    }
+
+    /// The greatest acceleration from a speed at its start, and the greatest braking to one at its end,
+    /// whatever its speed limits say.
+    pub fn accels_mm_s2(&self, speed_sq: f64) -> [f64; 2] {
+        match &self.grip {
+            Grip::Straight { accel_mm_s2 } => [*accel_mm_s2; 2],
+            Grip::Bent { pulls, .. } => {
+                let gain = |reach_sq: f64| (0.5 * (reach_sq - speed_sq) / self.length_mm).max(0.0);
+                [
+                    gain(most(pulls.iter().map(|pull| (pull.to, pull.from)), speed_sq)),
+                    gain(most(pulls.iter().map(|pull| (pull.from, pull.to)), speed_sq)),
+                ]
+            }
+        }
+    }
+
+    /// Whether it is a line that no bend holds.
+    pub fn is_straight(&self) -> bool {
+        matches!(self.grip, Grip::Straight { .. })
     }
 
     /// The greatest acceleration along it.

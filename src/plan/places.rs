@@ -98,6 +98,8 @@ pub struct Places {
     ticks_max: f64,
     corner_mm: f64,
     accel_max_mm_s2: f64,
+    /// Ticks that jerk adds to a ramp, at most.
+    jerk_ticks: f64,
     /// Pieces that braking for a place may reach back to.
     behind: VecDeque<Run>,
     /// Places in order, waiting for what speeding up again takes.
@@ -139,6 +141,7 @@ impl Places {
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
             accel_max_mm_s2: accel_max_mm_s2(machine),
+            jerk_ticks: jerk_s(machine) / machine.bus.tick_s(),
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
@@ -171,11 +174,11 @@ impl Places {
                     _ => {}
                 }
             }
-            Decided::Piece { piece, ends_mm_s, .. } => {
+            Decided::Piece { piece, ends_mm_s, ramp, .. } => {
                 if piece.shares[0] == 0.0 {
                     self.end_block(piece.segment.feed_mm_s.is_none());
                 }
-                self.run(piece, ends_mm_s);
+                self.run(piece, ends_mm_s, ramp.duration_s() / self.tick_s);
             }
         }
     }
@@ -200,12 +203,17 @@ impl Places {
         }
     }
 
-    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2]) {
+    /// What stops add is found with constant accelerations, and so compared; what jerk adds to that has
+    /// a bound of its own.
+    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], planned_ticks: f64) {
         let ends_sq = ends_mm_s.map(|speed| speed * speed);
-        let ticks = piece.ramp(ends_mm_s).duration_s() / self.tick_s;
+        let ticks = match self.jerk_ticks > 0.0 {
+            true => piece.ramp(ends_mm_s).duration_s() / self.tick_s,
+            false => planned_ticks,
+        };
         self.catch_up(&piece, ends_sq, ticks);
         self.line = piece.segment.line;
-        self.at_ticks += ticks;
+        self.at_ticks += planned_ticks;
         self.moving = self.moving.union(moving(&piece.segment));
         let (is_end, rests) = (piece.shares[1] == 1.0, ends_sq[1] == 0.0);
         let is_rapid = piece.segment.feed_mm_s.is_none();
@@ -251,7 +259,8 @@ impl Places {
         if !rests && self.at_ticks < last_at_ticks + APART_TICKS {
             return;
         }
-        let before_ticks = if stops { 0.0 } else { self.braking_ticks() };
+        let jerk_ticks = if stops { 0.0 } else { self.jerk_ticks };
+        let before_ticks = if stops { 0.0 } else { self.braking_ticks() + jerk_ticks };
         if stops {
             self.behind.clear();
         }
@@ -265,7 +274,7 @@ impl Places {
             is_forced: false,
             at_ticks: self.at_ticks,
             before_ticks,
-            after_ticks: 0.0,
+            after_ticks: jerk_ticks,
             moving: std::mem::replace(&mut self.moving, AxisSet::EMPTY),
             stretch: self.stretch,
             waits: self.waits,
@@ -316,6 +325,17 @@ impl Places {
             place.catching_up_sq = (exit_sq < ends_sq[1]).then_some(exit_sq);
         }
     }
+}
+
+/// What jerk adds to the time of a ramp, at most. A change of acceleration by ΔA takes ΔA/J, half of
+/// which is lost against a step; on the way to a stop and from it there are two such changes, of
+/// twice the greatest acceleration where the plan was about to speed up.
+fn jerk_s(machine: &Machine) -> f64 {
+    let rises = machine
+        .axes
+        .iter()
+        .filter_map(|axis| axis.jerk_max_mm_s3.map(|jerk_mm_s3| axis.accel_max_mm_s2 / jerk_mm_s3));
+    2.0 * rises.fold(0.0, f64::max)
 }
 
 /// The axes that move along a segment.

@@ -8,22 +8,41 @@
 //!          0 ┼─────┴───────────┴───┴── t
 //!             leg 0    leg 1    leg 2
 //! ```
+//!
+//! With limits on jerk the legs are those of [`super::jerk`]: as many as it takes, in each of which
+//! the acceleration changes evenly.
 
-/// Distance along a piece over time: up to three legs of constant acceleration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+use super::jerk::{State, Stretch};
+
+/// Distance along a piece over time: legs of constant jerk, of which that of a trapezoid is zero.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Ramp {
     length_mm: f64,
     duration_s: f64,
-    legs: [Leg; 3],
+    legs: Legs,
 }
 
-/// From its start on, one acceleration.
+/// The legs, in order. Those of a trapezoid are kept in place: they are on the way of every piece.
+#[derive(Clone, Debug, PartialEq)]
+enum Legs {
+    Trapezoid([Leg; 3]),
+    Curved(Box<[Leg]>),
+}
+
+/// From its start on, one jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Leg {
     start_s: f64,
     start_mm: f64,
     speed_mm_s: f64,
     accel_mm_s2: f64,
+    jerk_mm_s3: f64,
+}
+
+impl Leg {
+    fn trapezoid(start_s: f64, start_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> Leg {
+        Leg { start_s, start_mm, speed_mm_s, accel_mm_s2, jerk_mm_s3: 0.0 }
+    }
 }
 
 impl Ramp {
@@ -47,16 +66,11 @@ impl Ramp {
         Ramp {
             length_mm,
             duration_s: down_start_s + down_s,
-            legs: [
-                Leg { start_s: 0.0, start_mm: 0.0, speed_mm_s: entry_mm_s, accel_mm_s2 },
-                Leg { start_s: up_s, start_mm: up_mm, speed_mm_s: peak_mm_s, accel_mm_s2: 0.0 },
-                Leg {
-                    start_s: down_start_s,
-                    start_mm: up_mm + cruise_mm,
-                    speed_mm_s: peak_mm_s,
-                    accel_mm_s2: -accel_mm_s2,
-                },
-            ],
+            legs: Legs::Trapezoid([
+                Leg::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2),
+                Leg::trapezoid(up_s, up_mm, peak_mm_s, 0.0),
+                Leg::trapezoid(down_start_s, up_mm + cruise_mm, peak_mm_s, -accel_mm_s2),
+            ]),
         }
     }
 
@@ -64,9 +78,52 @@ impl Ramp {
     pub fn steady(length_mm: f64, [entry_mm_s, exit_mm_s]: [f64; 2]) -> Ramp {
         let duration_s = 2.0 * length_mm / (entry_mm_s + exit_mm_s);
         let accel_mm_s2 = (exit_mm_s - entry_mm_s) / duration_s;
-        let leg = Leg { start_s: 0.0, start_mm: 0.0, speed_mm_s: entry_mm_s, accel_mm_s2 };
+        let leg = Leg::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2);
         let never = Leg { start_s: f64::INFINITY, ..leg };
-        Ramp { length_mm, duration_s, legs: [leg, never, never] }
+        Ramp { length_mm, duration_s, legs: Legs::Trapezoid([leg, never, never]) }
+    }
+
+    /// Along stretches of constant jerk that join and cover a length.
+    pub fn along(length_mm: f64, stretches: &[Stretch]) -> Ramp {
+        let (mut start_s, mut start_mm) = (0.0, 0.0);
+        let mut leg = |stretch: &Stretch| {
+            let leg = Leg {
+                start_s,
+                start_mm,
+                speed_mm_s: stretch.from.speed_mm_s,
+                accel_mm_s2: stretch.from.accel_mm_s2,
+                jerk_mm_s3: stretch.jerk_mm_s3,
+            };
+            start_s += stretch.duration_s;
+            start_mm += stretch.length_mm();
+            leg
+        };
+        let legs = stretches.iter().map(&mut leg).collect();
+        Ramp { length_mm, duration_s: start_s, legs: Legs::Curved(legs) }
+    }
+
+    /// Its stretches of constant acceleration or jerk, with places counted from `start_mm`.
+    pub fn stretches(&self, start_mm: f64) -> impl DoubleEndedIterator<Item = Stretch> {
+        let legs = self.legs();
+        (0..legs.len()).filter_map(move |i| {
+            let next_s = legs.get(i + 1).map_or(f64::INFINITY, |next| next.start_s);
+            let leg = legs[i];
+            let duration_s = next_s.min(self.duration_s) - leg.start_s;
+            let from = State {
+                at_mm: start_mm + leg.start_mm,
+                speed_mm_s: leg.speed_mm_s,
+                accel_mm_s2: leg.accel_mm_s2,
+            };
+            let stretch = Stretch { from, jerk_mm_s3: leg.jerk_mm_s3, duration_s };
+            (duration_s > 0.0).then_some(stretch)
+        })
+    }
+
+    fn legs(&self) -> &[Leg] {
+        match &self.legs {
+            Legs::Trapezoid(legs) => legs,
+            Legs::Curved(legs) => legs,
+        }
     }
 
     /// How long it takes.
@@ -76,10 +133,7 @@ impl Ramp {
 
     /// The greatest speed on it.
     pub fn peak_mm_s(&self) -> f64 {
-        let end = |leg: &Leg, end_s: f64| leg.speed_mm_s + leg.accel_mm_s2 * (end_s - leg.start_s);
-        let legs = self.legs.iter().filter(|leg| leg.start_s <= self.duration_s);
-        let starts = legs.clone().map(|leg| leg.speed_mm_s);
-        legs.last().map_or(0.0, |leg| starts.fold(end(leg, self.duration_s), f64::max))
+        self.stretches(0.0).map(|stretch| stretch.peak_mm_s()).fold(0.0, f64::max)
     }
 
     /// The length it covers.
@@ -92,11 +146,19 @@ impl Ramp {
         if time_s >= self.duration_s {
             return self.length_mm;
         }
-        let is_on = |leg: &&Leg| time_s >= leg.start_s;
-        let leg = self.legs.iter().rev().find(is_on).unwrap_or(&self.legs[0]);
+        let leg = match &self.legs {
+            Legs::Trapezoid(legs) => {
+                let is_on = |leg: &&Leg| time_s >= leg.start_s;
+                legs.iter().rev().find(is_on).unwrap_or(&legs[0])
+            }
+            Legs::Curved(legs) => {
+                let next = legs.partition_point(|leg| leg.start_s <= time_s);
+                &legs[next.saturating_sub(1)]
+            }
+        };
         let since_s = (time_s - leg.start_s).max(0.0);
-        let distance_mm =
-            leg.start_mm + (leg.speed_mm_s + 0.5 * leg.accel_mm_s2 * since_s) * since_s;
+        let gain_mm_s = (0.5 * leg.accel_mm_s2 + leg.jerk_mm_s3 / 6.0 * since_s) * since_s;
+        let distance_mm = leg.start_mm + (leg.speed_mm_s + gain_mm_s) * since_s;
         distance_mm.min(self.length_mm)
     }
 }

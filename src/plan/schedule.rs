@@ -10,7 +10,7 @@ use super::corner::CornerGuard;
 use super::decisions::Decisions;
 use super::lookahead::Decided;
 use super::piece::Piece;
-use super::{Bound, Feed, Moment, Planned, Profile, Seams};
+use super::{Bound, Feed, Moment, Planned, Profile, Ramp, Seams};
 
 /// See [`super::plan`].
 #[derive(Debug)]
@@ -82,8 +82,8 @@ impl Schedule {
                 self.start_buffer();
                 Planned::Seam(kind)
             }
-            Decided::Piece { piece, ends_mm_s, at_seam, .. } => {
-                self.piece(&piece, ends_mm_s, at_seam)
+            Decided::Piece { piece, ends_mm_s, ramp, at_seam, .. } => {
+                self.piece(&piece, ends_mm_s, ramp, at_seam)
             }
         }
     }
@@ -98,8 +98,8 @@ impl Schedule {
         Planned::Event(event)
     }
 
-    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2], at_seam: bool) -> Planned {
-        let mut profile = self.profile(piece, ends_mm_s);
+    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Planned {
+        let mut profile = self.profile(piece, ends_mm_s, ramp);
         if at_seam && profile.bound == Bound::Acceleration {
             profile.bound = Bound::Seam;
         }
@@ -111,22 +111,23 @@ impl Schedule {
         if has_to_wait {
             self.wait_for_boundary();
             let bound = profile.bound;
-            profile = Profile { bound, ..self.profile(piece, ends_mm_s) };
+            profile = Profile { bound, ..self.profile(piece, ends_mm_s, profile.ramp) };
         }
         self.advance(&profile);
         Planned::Profile(Box::new(profile))
     }
 
-    fn profile(&self, piece: &Piece, ends_mm_s: [f64; 2]) -> Profile {
-        let ramp = piece.ramp(ends_mm_s);
+    fn profile(&self, piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp) -> Profile {
+        let bound = piece.bound(ends_mm_s, &ramp);
+        let end = self.now.after(ramp.duration_s() / self.tick_s);
         Profile {
             segment: Arc::clone(&piece.segment),
             shares: piece.shares,
             ramp,
             start: self.now,
-            end: self.now.after(ramp.duration_s() / self.tick_s),
+            end,
             buffer: self.buffer,
-            bound: piece.bound(ends_mm_s, &ramp),
+            bound,
         }
     }
 

@@ -1,5 +1,5 @@
 //! FANUC-style lathes (G code system A): U W V H as distances, G50, T with its offset, and the
-//! cycles that cut once: G90, G92, G94, and the threading cycle G76 of two blocks.
+//! cycles that cut once: G90, G92, G94.
 //!
 //! ```text
 //!   G90, G92:  3 ◀────────── 2        G94:  1 ────────▶ 2
@@ -11,13 +11,14 @@
 //! Threads end square: the pull-out that a parameter of the control adds to G92 is not made.
 
 use crate::base::{Axis, EventKind, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Op, Single};
+use crate::gcode::codes::{AXIS_LETTERS, LatheCode, Single};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
 use crate::interp::Dialect;
-use crate::interp::cycles::PASSES_MAX;
 use crate::interp::execute::{Asked, Executor, Output};
 use crate::interp::motion::{Corner, MoveKind};
+
+use super::thread::ThreadWords;
 
 /// What a lathe's program has set.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,7 +28,9 @@ pub(in crate::interp) struct Lathe {
     /// First blocks of G71, G72 and G73.
     pub cut: Cut,
     /// The first block of G76.
-    thread: ThreadWords,
+    pub(super) thread: ThreadWords,
+    /// How far G74 and G75 come back between pecks.
+    pub(super) groove_mm: Option<f64>,
     /// Where single cycles lead, in program coordinates, and their taper.
     target: Option<(Point, f64)>,
     /// Whether a lack of a tool's offset has been said.
@@ -45,23 +48,6 @@ pub(in crate::interp) struct Cut {
     pub relief_mm: [f64; 2],
     /// R of G73.
     pub passes: u32,
-}
-
-/// What the first block of G76 says.
-#[derive(Clone, Copy, Debug, Default)]
-struct ThreadWords {
-    finish_passes: u32,
-    /// In tenths of the lead.
-    pull_out: u32,
-    angle_deg: f64,
-    least_mm: f64,
-    finish_mm: f64,
-}
-
-impl ThreadWords {
-    fn pull_out_mm(&self, lead_mm: f64) -> f64 {
-        f64::from(self.pull_out) / 10.0 * lead_mm
-    }
 }
 
 impl Executor<'_> {
@@ -106,18 +92,33 @@ impl Executor<'_> {
         true
     }
 
-    /// G50 and G76
+    /// G50, G74 to G76
     pub(in crate::interp) fn run_lathe(
         &mut self,
-        op: Op,
+        code: LatheCode,
         block: &Block,
         asked: &Asked,
         out: &mut Output<'_>,
     ) {
-        match op {
-            Op::ThreadCycle if asked.is_faulty => self.forget_position(),
-            Op::ThreadCycle => self.two_block_thread(block, out),
-            _ => self.set_lathe(block, out),
+        match code {
+            LatheCode::Setting => self.set_lathe(block, out),
+            _ if asked.is_faulty => self.forget_position(),
+            LatheCode::Thread => self.thread_lathe(block, out),
+            LatheCode::Groove(way) => self.groove(way, block, out),
+        }
+    }
+
+    /// G83 to G94 that stay in force.
+    pub(in crate::interp) fn run_single(
+        &mut self,
+        single: Single,
+        block: &Block,
+        asked: Asked,
+        out: &mut Output<'_>,
+    ) {
+        match single {
+            Single::Hole(hole) => self.drill_lathe(hole, block, asked, out),
+            _ => self.cut_once(single, block, asked, out),
         }
     }
 
@@ -158,13 +159,7 @@ impl Executor<'_> {
     }
 
     /// G90, G92 and G94: words that a block lacks are those of the block before.
-    pub(in crate::interp) fn cut_once(
-        &mut self,
-        single: Single,
-        block: &Block,
-        asked: Asked,
-        out: &mut Output<'_>,
-    ) {
+    fn cut_once(&mut self, single: Single, block: &Block, asked: Asked, out: &mut Output<'_>) {
         let faults_before = out.faults.len();
         let start = self.frames.program(&self.position_mm);
         let named = self.program_target(block, out.faults);
@@ -175,7 +170,10 @@ impl Executor<'_> {
                 to[axis] = named[axis];
             }
         }
-        let taper_mm = block.word(b'R').map_or(taper_mm, |word| word.value * self.mm_per_unit);
+        // Older programs write I, and K of G94.
+        let letter = if single == Single::Face { b'K' } else { b'I' };
+        let taper = block.word(b'R').or(block.word(letter));
+        let taper_mm = taper.map_or(taper_mm, |word| word.value * self.mm_per_unit);
         self.lathe.target = Some((to, taper_mm));
         let missing = [Axis::X, Axis::Z].into_iter().find(|axis| to[*axis] == start[*axis]);
         if let Some(axis) = missing.filter(|_| !asked.is_faulty) {
@@ -219,156 +217,5 @@ impl Executor<'_> {
         if to != self.position_mm {
             self.go(block, &to, kind, Some(Corner::Exact), out);
         }
-    }
-
-    /// A length of P or Q of G76: without a fraction in thousandths of a mm (ten-thousandths of an
-    /// inch), as controls count it.
-    fn small_length_mm(&self, word: &Word) -> f64 {
-        let unit = match (word.value.fract() == 0.0, self.mm_per_unit == 1.0) {
-            (false, _) => 1.0,
-            (true, true) => 1e-3,
-            (true, false) => 1e-4,
-        };
-        word.value * unit * self.mm_per_unit
-    }
-
-    /// G76: the first block says how threads are cut, the second cuts one.
-    fn two_block_thread(&mut self, block: &Block, out: &mut Output<'_>) {
-        if block.letters() & AXIS_LETTERS == 0 {
-            self.take_thread_words(block, out.faults);
-            return;
-        }
-        let faults_before = out.faults.len();
-        let start = self.frames.program(&self.position_mm);
-        let end = self.program_target(block, out.faults);
-        let words = [b'P', b'Q'].map(|letter| block.word(letter));
-        let [Some(height), Some(first)] = words else {
-            let message = "G76 has no P, the thread's height, or no Q, the first depth";
-            out.faults.push(Fault::block(&rules::MISSING_WORD, block, message));
-            return;
-        };
-        let [height_mm, first_mm] = [height, first].map(|word| self.small_length_mm(word));
-        let along_mm = end[Axis::Z] - start[Axis::Z];
-        if along_mm == 0.0 {
-            let message = "this thread has no length along Z";
-            let fault = Fault::block(&rules::MISSING_WORD, block, message);
-            out.faults.push(fault.help("write Z or W, where it ends"));
-            return;
-        }
-        let depths = [(height, height_mm), (first, first_mm)];
-        self.check_thread_words(block, depths, along_mm.abs(), out.faults);
-        let taper_mm = block.word(b'R').map_or(0.0, |word| word.value * self.mm_per_unit);
-        let mut begin = start;
-        begin[Axis::X] = end[Axis::X] + taper_mm;
-        let machine = [self.frames.machine(&begin), self.frames.machine(&end)];
-        let pitch = self.pitch_by_lead("G76", block, &machine[0], &machine[1], out.faults);
-        let rpm = self.sync_rpm("G76", block, out.faults);
-        if out.faults.len() > faults_before {
-            return;
-        }
-        let (Some(pitch_mm), Some(rpm)) = (pitch, rpm) else { return };
-        let mut depths = self.depths(height_mm, first_mm);
-        let feed_mm_min = pitch_mm * rpm;
-        if depths.len() as f64 > PASSES_MAX {
-            depths.clear();
-            let message = format!("more than {PASSES_MAX} passes: is Q the first depth?");
-            out.faults.push(Fault::word(&rules::BAD_VALUE, first, message));
-        }
-        let words = self.lathe.thread;
-        let out_mm = words.pull_out_mm(self.feed.map_or(0.0, |feed| feed.mm));
-        let inwards = (end[Axis::X] - start[Axis::X]).signum();
-        let along = along_mm.signum();
-        for depth_mm in depths {
-            let above_mm = inwards * (height_mm - depth_mm);
-            let shift_mm = along * depth_mm * (words.angle_deg / 2.0).to_radians().tan();
-            let mut at = start;
-            at[Axis::Z] += shift_mm;
-            self.go_lathe(block, &at, MoveKind::Rapid, out);
-            at[Axis::X] = begin[Axis::X] - above_mm;
-            self.go_lathe(block, &at, MoveKind::Rapid, out);
-            let mut root = end;
-            root[Axis::X] -= above_mm;
-            let mut to = root;
-            to[Axis::Z] -= along * out_mm;
-            let placed = self.place(&to);
-            self.go_synced(block, &placed, feed_mm_min, out);
-            if out_mm > 0.0 {
-                root[Axis::X] -= inwards * out_mm;
-                let placed = self.place(&root);
-                self.go_synced(block, &placed, feed_mm_min * std::f64::consts::SQRT_2, out);
-            }
-            root[Axis::X] = start[Axis::X];
-            self.go_lathe(block, &root, MoveKind::Rapid, out);
-        }
-        self.go_lathe(block, &start, MoveKind::Rapid, out);
-    }
-
-    /// Holds the depths of a thread, its height and that of the first pass, and what the first
-    /// block has said against its length.
-    fn check_thread_words(
-        &self,
-        block: &Block,
-        depths: [(&Word, f64); 2],
-        length_mm: f64,
-        faults: &mut Vec<Fault>,
-    ) {
-        for (word, _) in depths.into_iter().filter(|(_, depth_mm)| *depth_mm <= 0.0) {
-            let message = format!("{word}: in G76 P and Q are above 0");
-            faults.push(Fault::word(&rules::BAD_VALUE, word, message));
-        }
-        let words = &self.lathe.thread;
-        let [(height, height_mm), _] = depths;
-        if height_mm > 0.0 && words.finish_mm >= height_mm {
-            let message = format!(
-                "the finishing cut, R{:.4} mm of the first block, is not less than the height, \
-                 {height_mm:.4} mm: the first pass would be as deep as the thread",
-                words.finish_mm
-            );
-            faults.push(Fault::word(&rules::BAD_VALUE, height, message));
-        }
-        let out_mm = words.pull_out_mm(self.feed.map_or(0.0, |feed| feed.mm));
-        if out_mm >= length_mm {
-            let message = format!(
-                "the pull-out, {out_mm:.4} mm, is not shorter than the thread, {length_mm:.4} mm",
-            );
-            let fault = Fault::block(&rules::BAD_VALUE, block, message);
-            faults.push(fault.help(
-                "it is the middle two digits of P in the first block, in tenths of the lead",
-            ));
-        }
-    }
-
-    fn take_thread_words(&mut self, block: &Block, faults: &mut Vec<Fault>) {
-        let digits = match block.word(b'P') {
-            Some(word) => crate::interp::words::whole(word, 999_999, faults).unwrap_or(0),
-            None => 10_000,
-        };
-        self.lathe.thread = ThreadWords {
-            finish_passes: digits / 10_000,
-            pull_out: digits / 100 % 100,
-            angle_deg: f64::from(digits % 100),
-            least_mm: block.word(b'Q').map_or(0.0, |word| self.small_length_mm(word)),
-            finish_mm: block.word(b'R').map_or(0.0, |word| word.value.abs() * self.mm_per_unit),
-        };
-    }
-
-    /// Depths of the passes: each takes the same area, none less than the least, and what is left
-    /// for finishing comes last.
-    fn depths(&self, height_mm: f64, first_mm: f64) -> Vec<f64> {
-        let words = &self.lathe.thread;
-        let rough_mm = height_mm - words.finish_mm;
-        let (mut depths, mut depth_mm) = (Vec::new(), 0.0_f64);
-        for pass in 1..=PASSES_MAX as u32 + 1 {
-            if depth_mm >= rough_mm {
-                break;
-            }
-            let next_mm = first_mm * f64::from(pass).sqrt();
-            depth_mm = next_mm.max(depth_mm + words.least_mm).min(rough_mm);
-            depths.push(depth_mm);
-        }
-        let again =
-            if words.finish_mm > 0.0 { words.finish_passes.max(1) } else { words.finish_passes };
-        depths.extend((0..again).map(|_| height_mm));
-        depths
     }
 }

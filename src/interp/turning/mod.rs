@@ -5,14 +5,17 @@
 //! lines and arcs of the block that asks for them.
 
 mod contour;
+mod drill;
+mod groove;
 mod lathe;
 mod profile;
 mod rough;
 mod stock;
+mod thread;
 
 use crate::base::{Axis, Plane, Point};
 use crate::gcode::codes::{Pockets, Stock, Turn};
-use crate::gcode::{Block, Fault, Word, rules};
+use crate::gcode::{Block, Fault, Word, letter_set, rules};
 
 pub(super) use contour::Contour;
 use contour::Modes;
@@ -26,6 +29,12 @@ use super::words::whole;
 use profile::{Round, Vector};
 use rough::{Roughing, Way, finish, rough};
 use stock::{Allowance, cut};
+
+/// Most repetitions of G73.
+const REPEATS_MAX: u32 = 1000;
+
+/// How far a cut of G71 and G72 escapes where no block says it.
+const ESCAPE_MM: f64 = 0.5;
 
 impl Executor<'_> {
     /// Reports what leaves no room for a lathe cycle.
@@ -55,6 +64,7 @@ impl Executor<'_> {
     /// An empty contour that begins where the cycle does.
     pub(super) fn begin_contour(&self, block: &Block) -> Contour {
         let modes = Modes {
+            lathe: self.is_lathe().then(|| self.axes.contains(Axis::C)),
             diameters: self.diameters,
             absolute: self.absolute,
             centers_absolute: self.centers_absolute,
@@ -133,17 +143,19 @@ impl Executor<'_> {
     }
 
     /// G70 to G73 of a FANUC-style lathe: the first of two blocks is kept, the second asks for the
-    /// contour.
+    /// contour; so does one block with D.
     pub(super) fn stock_flow(
         &mut self,
         stock: Stock,
         block: &Block,
+        text: &[u8],
         faults: &mut Vec<Fault>,
     ) -> Flow {
         let (Some(first), Some(last)) = (block.word(b'P'), block.word(b'Q')) else {
             self.take_cut(stock, block, faults);
             return Flow::Next;
         };
+        self.take_cut_of_one_block(stock, block, text, faults);
         let numbers = [first, last].map(|word| whole(word, 999_999_999, faults));
         let [Some(first), Some(last)] = numbers else { return Flow::Next };
         if stock != Stock::Finish {
@@ -167,6 +179,36 @@ impl Executor<'_> {
         Flow::Stock { stock, first, last }
     }
 
+    /// D of G71 and G72 is the depth of a cut, R the escape; of G73 D is how often it is repeated, I
+    /// and K are the relief.
+    fn take_cut_of_one_block(
+        &mut self,
+        stock: Stock,
+        block: &Block,
+        text: &[u8],
+        faults: &mut Vec<Fault>,
+    ) {
+        let Some(word) = block.word(b'D') else {
+            if let Some(word) = block.first_of(letter_set("IKR")) {
+                let message = format!("{word} stands beside P and Q, and no D");
+                let fault = Fault::word(&rules::UNUSED_WORD, word, message);
+                faults.push(fault.help("write it into a block before, or D beside it"));
+            }
+            return;
+        };
+        let value = |letter: u8| block.word(letter).map(|word| word.value * self.mm_per_unit);
+        let mut cut = self.lathe.cut;
+        if stock == Stock::Repeat {
+            cut.relief_mm = [value(b'K').unwrap_or_default(), value(b'I').unwrap_or_default()];
+            cut.passes = whole(word, REPEATS_MAX, faults).unwrap_or(0);
+        } else {
+            cut.depth_mm = self.small_length_mm(word, text).abs();
+            let held = if cut.escape_mm > 0.0 { cut.escape_mm } else { ESCAPE_MM };
+            cut.escape_mm = value(b'R').map_or(held, f64::abs);
+        }
+        self.lathe.cut = cut;
+    }
+
     fn take_cut(&mut self, stock: Stock, block: &Block, faults: &mut Vec<Fault>) {
         let mm = self.mm_per_unit;
         let value = |letter: u8| block.word(letter).map_or(0.0, |word| word.value * mm);
@@ -182,6 +224,10 @@ impl Executor<'_> {
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
             return;
         }
+        if let Some(word) = block.first_of(letter_set("DIK")) {
+            let message = format!("{word} is of a cycle of one block, with P and Q");
+            faults.push(Fault::word(&rules::UNUSED_WORD, word, message));
+        }
         match stock {
             Stock::Finish => {}
             Stock::Turn | Stock::Face => {
@@ -190,7 +236,7 @@ impl Executor<'_> {
             }
             Stock::Repeat => {
                 cut.relief_mm = [value(b'W'), value(b'U')];
-                let passes = block.word(b'R').and_then(|word| whole(word, 1000, faults));
+                let passes = block.word(b'R').and_then(|word| whole(word, REPEATS_MAX, faults));
                 cut.passes = passes.unwrap_or(0);
             }
         }

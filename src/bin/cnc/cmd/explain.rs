@@ -6,19 +6,20 @@ use anyhow::anyhow;
 use cnc::base::{Machine, Severity, Source};
 use cnc::gcode::codes::{self, Code, Group};
 use cnc::gcode::foreign::{self, Foreign};
-use cnc::gcode::notes;
 use cnc::gcode::rules::{self, Rule};
+use cnc::gcode::words::{self, WordMeaning};
+use cnc::gcode::{find_lathe, notes};
 use cnc::interp::{self, Options};
 use serde_json::{Value, json};
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
 
-/// Explain a rule (no-feed) or a code (G43); without either, list all
+/// Explain a rule (no-feed), a code (G43) or a word (F); without any, list all
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Name of a rule, or a G or M code
-    #[arg(value_name = "RULE|CODE")]
+    /// Name of a rule, a G or M code, or the letter of a word
+    #[arg(value_name = "RULE|CODE|WORD")]
     name: Option<String>,
 }
 
@@ -47,6 +48,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             (None, Some(row)) => explain_foreign(&mut out, row, global)?,
             (None, None) => return Err(unknown(name, &wanted).into()),
         }
+    } else if let Some(row) = words::find(&wanted) {
+        explain_word(&mut out, row, global)?;
     } else {
         return Err(unknown(name, &wanted).into());
     }
@@ -85,12 +88,18 @@ fn list(out: &mut impl Write, global: &Global) -> anyhow::Result<()> {
     if global.json {
         let codes: Vec<Value> = codes::CODES.iter().map(code_json).collect();
         let rules: Vec<Value> = rules::all().map(|rule| rule_json(rule, None)).collect();
-        writeln!(out, "{}", json!({"schema": 1, "codes": codes, "rules": rules}))?;
+        let words: Vec<Value> = words::WORDS.iter().map(word_json).collect();
+        let all = json!({"schema": 1, "codes": codes, "words": words, "rules": rules});
+        writeln!(out, "{all}")?;
         return Ok(());
     }
     for code in codes::CODES {
         let support = if code.op.is_some() { "" } else { " (not supported)" };
         writeln!(out, "{:<6} {}{support}", code.name(), code.meaning)?;
+    }
+    writeln!(out)?;
+    for row in words::WORDS {
+        writeln!(out, "{:<6} {}", row.name, row.meaning)?;
     }
     writeln!(out)?;
     for rule in rules::all() {
@@ -197,8 +206,7 @@ fn in_force(code: &Code) -> String {
 
 /// The letters that a code makes use of, with a blank between.
 fn letters(code: &Code) -> String {
-    let letters: Vec<String> = code.letters().chars().map(String::from).collect();
-    letters.join(" ")
+    code.letters().join(" ")
 }
 
 fn explain_code(
@@ -227,17 +235,47 @@ fn explain_code(
     if let Some(Foreign { control, meaning, .. }) = elsewhere {
         writeln!(out, "elsewhere {control}: {meaning}")?;
     }
+    if let Some(own) = of_lathes(code) {
+        writeln!(out, "lathe     {} (--dialect fanuc-lathe)", own.meaning)?;
+    }
     if let Some(note) = notes::note(code) {
         writeln!(out, "\n{note}")?;
     }
     Ok(())
 }
 
+/// What the code means on FANUC-style lathes, if it is something else there.
+fn of_lathes(code: &Code) -> Option<&'static Code> {
+    find_lathe(code.letter, f64::from(code.tenths) / 10.0)
+}
+
 fn code_json(code: &Code) -> Value {
     json!({
+        "lathe": of_lathes(code).map(|own| own.meaning),
         "code": code.name(), "group": code.group.name(), "supported": code.op.is_some(),
-        "meaning": code.meaning, "words": code.letters(), "note": notes::note(code),
+        "meaning": code.meaning, "words": code.letters().concat(), "note": notes::note(code),
     })
+}
+
+fn word_json(row: &WordMeaning) -> Value {
+    json!({"word": row.name, "meaning": row.meaning, "example": row.example})
+}
+
+fn explain_word(out: &mut impl Write, row: &WordMeaning, global: &Global) -> anyhow::Result<()> {
+    if global.json {
+        let mut value = word_json(row);
+        value["schema"] = json!(1);
+        writeln!(out, "{value}")?;
+        return Ok(());
+    }
+    writeln!(out, "{}: {}", row.name, row.meaning)?;
+    writeln!(out, "example   {}", row.example)?;
+    let users = codes::CODES.iter().filter(|code| code.letters().contains(&row.name.to_owned()));
+    let names: Vec<String> = users.map(Code::name).collect();
+    if !names.is_empty() {
+        writeln!(out, "goes with {}", names.join(" "))?;
+    }
+    Ok(())
 }
 
 fn explain_foreign(out: &mut impl Write, row: &Foreign, global: &Global) -> anyhow::Result<()> {

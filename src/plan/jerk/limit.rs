@@ -1,0 +1,104 @@
+//! How much jerk the axes stand along a piece.
+//!
+//! An axis at x(s) on a path run with speed v, acceleration a and jerk j has the jerk
+//!
+//! ```text
+//! x'·j + 3·x''·v·a + x'''·v³          (d³/dt³ of x(s(t)))
+//! ```
+//!
+//! where x', x'' and x''' are derivatives by the way s. For x''' that of the circle of the same bend
+//! κ counts, -κ²·x': where the bend itself changes, at the ends of arcs and chords, the path asks for
+//! a step of acceleration that no speed but zero takes away. What turning takes, κ²·v³, and what a bend
+//! under acceleration takes, 3·x''·v·a, are held so that a share of the jerk is always left.
+
+use crate::base::{Axis, Machine, Point};
+use crate::path::Rates;
+
+/// Share of an axis's jerk that turning alone may take: it holds the speed.
+const TURN_SHARE: f64 = 0.5;
+
+/// Share that is always left for changes of acceleration along the path.
+const ALONG_SHARE: f64 = 0.25;
+
+/// Where axes have no limit on jerk, so much: an acceleration is up in less than a microsecond.
+const UNLIMITED_MM_S3: f64 = 1e12;
+
+/// What a piece leaves of the axes' jerk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JerkLimit {
+    /// Greatest jerk along the path where it is straight.
+    along_mm_s3: f64,
+    /// Share of an axis's jerk that each mm²/s³ of speed times acceleration takes, at most.
+    bend: f64,
+    /// Share of it that each (mm/s)³ takes, at most.
+    turn: f64,
+    /// The axis of which that is.
+    turn_axis: Axis,
+}
+
+impl JerkLimit {
+    /// No axis has a limit.
+    pub const NONE: JerkLimit =
+        JerkLimit { along_mm_s3: UNLIMITED_MM_S3, bend: 0.0, turn: 0.0, turn_axis: Axis::X };
+
+    /// Along a line on which the axes move at these rates.
+    pub fn straight(rates: &Point, machine: &Machine) -> JerkLimit {
+        let mut limit = JerkLimit::NONE;
+        for profile in &machine.axes {
+            let rate = rates[profile.axis].abs();
+            if let Some(jerk_mm_s3) = profile.jerk_max_mm_s3.filter(|_| rate > 0.0) {
+                limit.along_mm_s3 = limit.along_mm_s3.min(jerk_mm_s3 / rate);
+            }
+        }
+        limit
+    }
+
+    /// Along a bent piece with these derivatives at its ends.
+    pub fn bent(ends: &[Rates; 2], machine: &Machine) -> JerkLimit {
+        let mut limit = JerkLimit::NONE;
+        let bend_sq = |rates: &Rates| {
+            Axis::LINEAR.iter().map(|axis| rates.bend_per_mm[*axis].powi(2)).sum::<f64>()
+        };
+        let turn_sq = bend_sq(&ends[0]).max(bend_sq(&ends[1]));
+        for profile in &machine.axes {
+            let Some(jerk_mm_s3) = profile.jerk_max_mm_s3 else { continue };
+            let axis = profile.axis;
+            let [rate, bend] = [
+                |rates: &Rates, axis| rates.tangent[axis],
+                |rates: &Rates, axis| rates.bend_per_mm[axis],
+            ]
+            .map(|of: fn(&Rates, Axis) -> f64| {
+                f64::max(of(&ends[0], axis).abs(), of(&ends[1], axis).abs())
+            });
+            limit.along_mm_s3 = limit.along_mm_s3.min(jerk_mm_s3 / rate);
+            limit.bend = limit.bend.max(3.0 * bend / jerk_mm_s3);
+            let turn = turn_sq * rate / jerk_mm_s3;
+            if turn > limit.turn {
+                (limit.turn, limit.turn_axis) = (turn, axis);
+            }
+        }
+        limit
+    }
+
+    /// Square of the speed at which turning takes its share of an axis's jerk, and the axis.
+    pub fn speed_sq_max(&self) -> Option<(f64, Axis)> {
+        let speed_mm_s = (TURN_SHARE / self.turn).cbrt();
+        (self.turn > 0.0).then_some((speed_mm_s * speed_mm_s, self.turn_axis))
+    }
+
+    /// The greatest acceleration at a speed that leaves the share for changes of it.
+    pub fn accel_max_mm_s2(&self, speed_mm_s: f64) -> f64 {
+        let taken = self.turn * speed_mm_s.powi(3);
+        if self.bend > 0.0 {
+            (1.0 - ALONG_SHARE - taken) / (self.bend * speed_mm_s)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// The greatest jerk along the path at a speed and an acceleration.
+    pub fn jerk_mm_s3(&self, speed_mm_s: f64, accel_mm_s2: f64) -> f64 {
+        let taken = self.turn * speed_mm_s.powi(3) + self.bend * speed_mm_s * accel_mm_s2.abs();
+        self.along_mm_s3 * (1.0 - taken).max(ALONG_SHARE)
+    }
+}

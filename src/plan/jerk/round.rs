@@ -1,0 +1,316 @@
+//! Forwards: speeding up with jerk below the ceiling, with its peaks rounded.
+//!
+//! ```text
+//!  v ┤        P ,--.                 A peak is where the acceleration would have to fall at once:
+//!    │        /      `.  Q           where speeding up meets the ceiling, where the ceiling
+//!    │      ,'         \             breaks, where a piece allows less. From P on it falls with
+//!    │   ,-'            \  ceiling   the jerk, so late that the arc just touches, at Q.
+//!    │_-'                `-._
+//! ```
+//!
+//! All motions below the ceiling whose acceleration never falls faster than the jerk allows have a
+//! greatest one, and that is it: the later P, the faster. Where P cannot be found (rounding), the
+//! acceleration steps: speeds and accelerations stay within their limits whatever happens.
+
+use super::Run;
+use super::lane::{Lane, SAME};
+use super::stretch::{State, Stretch};
+
+/// How exactly P is found.
+const P_ERROR_S: f64 = 1e-11;
+
+/// An arc has the acceleration of the ceiling where it touches, but for this share of the greatest:
+/// what is left of the error in its place.
+const LANDING_SHARE: f64 = 1e-3;
+
+/// A part of the motion.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    pub stretch: Stretch,
+    /// Number of its piece.
+    pub run: usize,
+    /// Where the arc ends that it belongs to; its own end, if it belongs to none.
+    pub lands_mm: f64,
+}
+
+/// Where an arc would leave what is allowed.
+#[derive(Clone, Copy, Debug)]
+struct Hit {
+    at_mm: f64,
+    /// On the ceiling; or at a piece that allows less acceleration.
+    is_ceiling: bool,
+}
+
+/// What a climb or the ceiling itself offers next.
+struct Offer {
+    stretches: [Stretch; 2],
+    end: State,
+    /// It ends on the ceiling.
+    follows: bool,
+    /// It ends where the lane does, and not before by meeting the ceiling.
+    ends_lane: bool,
+}
+
+/// Rounds the peaks below a ceiling.
+#[derive(Debug)]
+pub struct Rounding<'a> {
+    lanes: &'a [Lane],
+    runs: &'a [Run],
+    /// For each lane, where the ceiling breaks next at or after its end.
+    breaks_mm: Vec<f64>,
+    state: State,
+    follows: bool,
+    lane: usize,
+    parts: Vec<Part>,
+}
+
+impl<'a> Rounding<'a> {
+    /// From a state at the start of the lanes, on the ceiling or below it.
+    pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State) -> Rounding<'a> {
+        let mut breaks_mm = vec![f64::INFINITY; lanes.len()];
+        for i in (1..lanes.len()).rev() {
+            let (before, after) = (&lanes[i - 1], &lanes[i]);
+            let drop_mm_s2 = before.stretch.end().accel_mm_s2 - after.stretch.from.accel_mm_s2;
+            let breaks = drop_mm_s2 > after.step_mm_s2(&runs[after.run].piece);
+            breaks_mm[i - 1] = if breaks { before.end_mm } else { breaks_mm[i] };
+        }
+        let first = lanes.first().map_or(0.0, |lane| lane.stretch.from.speed_mm_s);
+        let follows = state.speed_mm_s >= first * (1.0 - 1e-7);
+        Rounding { lanes, runs, breaks_mm, state, follows, lane: 0, parts: Vec::new() }
+    }
+
+    /// The motion, part by part.
+    pub fn run(mut self) -> Vec<Part> {
+        self.parts.reserve(self.lanes.len() + 16);
+        while let Some(lane) = self.lanes.get(self.lane) {
+            if self.state.at_mm >= lane.end_mm {
+                self.lane += 1;
+                continue;
+            }
+            let offer = self.offer(lane);
+            let next = self.lane + usize::from(offer.ends_lane);
+            if self.is_clear(&offer, next) {
+                self.accept(&offer);
+            } else {
+                self.turn(&offer);
+            }
+        }
+        self.parts
+    }
+
+    fn offer(&self, lane: &Lane) -> Offer {
+        let rest = lane.stretch.since(self.state.at_mm);
+        let piece = &self.runs[lane.run].piece;
+        let step_mm_s2 = lane.step_mm_s2(piece);
+        if self.follows && rest.from.accel_mm_s2 <= self.state.accel_mm_s2 + step_mm_s2 {
+            let mut end = State { at_mm: lane.end_mm, ..rest.end() };
+            if let Some(next) = self.lanes.get(self.lane + 1) {
+                let drop_mm_s2 = end.accel_mm_s2 - next.stretch.from.accel_mm_s2;
+                if drop_mm_s2 > 0.0 && drop_mm_s2 <= next.step_mm_s2(&self.runs[next.run].piece) {
+                    end.accel_mm_s2 = next.stretch.from.accel_mm_s2;
+                }
+            }
+            let none = Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 };
+            return Offer { stretches: [rest, none], end, follows: true, ends_lane: true };
+        }
+        let [accel_max_mm_s2, _] = self.runs[lane.run].accels_mm_s2(self.state.speed_mm_s);
+        let jerk_mm_s3 = piece.jerk.jerk_mm_s3(self.state.speed_mm_s, accel_max_mm_s2);
+        let climb = lane.climb(self.state, accel_max_mm_s2, jerk_mm_s3);
+        Offer {
+            stretches: climb.stretches,
+            end: climb.end(lane),
+            follows: climb.meets,
+            ends_lane: !climb.meets,
+        }
+    }
+
+    /// Whether a peak can still be rounded after what is offered.
+    fn is_clear(&self, offer: &Offer, next: usize) -> bool {
+        if !offer.ends_lane {
+            return false;
+        }
+        if offer.follows {
+            if self.is_before_break(&offer.end, self.lane) {
+                return true;
+            }
+        }
+        self.sweep(offer.end, next).is_none()
+    }
+
+    /// Whether an arc from a state in a lane brakes with all it may before the ceiling breaks again.
+    fn is_before_break(&self, state: &State, lane: usize) -> bool {
+        let piece = &self.runs[self.lanes[lane].run].piece;
+        let State { at_mm, speed_mm_s, accel_mm_s2 } = *state;
+        let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
+        let turn_s = 2.0 * (accel_mm_s2.abs() + piece.accel_max_mm_s2()) / jerk_mm_s3;
+        let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
+        at_mm + reach_mm < self.breaks_mm[lane]
+    }
+
+    fn accept(&mut self, offer: &Offer) {
+        let run = self.lanes[self.lane].run;
+        for stretch in offer.stretches.iter().filter(|stretch| stretch.duration_s > 0.0) {
+            let lands_mm = stretch.from.at_mm;
+            self.parts.push(Part { stretch: *stretch, run, lands_mm });
+        }
+        self.state = offer.end;
+        self.follows = offer.follows;
+        self.lane += usize::from(offer.ends_lane);
+    }
+
+    /// Leaves what is offered at the last place from which an arc is allowed, and follows the arc.
+    fn turn(&mut self, offer: &Offer) {
+        if self.sweep(self.state, self.lane).is_some() {
+            return self.accept(offer);
+        }
+        let [first, second] = offer.stretches;
+        let run = self.lanes[self.lane].run;
+        let on_second = second.duration_s > 0.0 && self.sweep(second.from, self.lane).is_none();
+        let stretch = if on_second { second } else { first };
+        let (mut low_s, mut high_s) = (0.0, stretch.duration_s);
+        let end = State { at_mm: offer.end.at_mm, ..stretch.end() };
+        let next = self.lane + usize::from(offer.ends_lane);
+        let last = if on_second || second.duration_s == 0.0 { self.sweep(end, next) } else { None };
+        let mut hit = last;
+        while high_s - low_s > P_ERROR_S || hit.is_none() {
+            let middle_s = 0.5 * (low_s + high_s);
+            if middle_s <= low_s || middle_s >= high_s {
+                break;
+            }
+            match self.sweep(stretch.after(middle_s), self.lane) {
+                Some(found) => (high_s, hit) = (middle_s, Some(found)),
+                None => low_s = middle_s,
+            }
+        }
+        let Some(hit) = hit else { return self.accept(offer) };
+        let leaves = Stretch { duration_s: low_s, ..stretch };
+        for part in [first, leaves].into_iter().skip(usize::from(!on_second)) {
+            if part.duration_s > 0.0 {
+                let lands_mm = part.from.at_mm;
+                self.parts.push(Part { stretch: part, run, lands_mm });
+            }
+        }
+        let from = leaves.end();
+        if hit.at_mm <= self.state.at_mm || !self.arc(from, hit) {
+            self.state = from;
+        }
+    }
+
+    /// Follows the arc from a state to where it touches.
+    fn arc(&mut self, from: State, hit: Hit) -> bool {
+        let mut state = from;
+        while state.at_mm < hit.at_mm {
+            let lane = &self.lanes[self.lane];
+            if state.at_mm >= lane.end_mm {
+                self.lane += 1;
+                continue;
+            }
+            let end_mm = lane.end_mm.min(hit.at_mm);
+            let jerk_mm_s3 = self.jerk_mm_s3(lane, &state);
+            let stop_s = stop_s(&state, jerk_mm_s3);
+            let duration_s = state.time_over_s(end_mm - state.at_mm, -jerk_mm_s3, stop_s);
+            let stretch = Stretch { from: state, jerk_mm_s3: -jerk_mm_s3, duration_s };
+            state = State { at_mm: end_mm, ..stretch.end() };
+            self.parts.push(Part { stretch, run: lane.run, lands_mm: hit.at_mm });
+        }
+        let moved = state.at_mm > from.at_mm;
+        if hit.is_ceiling && moved {
+            let lane = &self.lanes[self.lane];
+            let ceiling = lane.at(hit.at_mm);
+            state.speed_mm_s = ceiling.speed_mm_s;
+            let off_mm_s2 = (state.accel_mm_s2 - ceiling.accel_mm_s2).abs();
+            if off_mm_s2 <= LANDING_SHARE * self.runs[lane.run].piece.accel_max_mm_s2() {
+                state.accel_mm_s2 = ceiling.accel_mm_s2;
+            }
+        }
+        self.state = state;
+        self.follows = hit.is_ceiling;
+        moved
+    }
+
+    fn jerk_mm_s3(&self, lane: &Lane, state: &State) -> f64 {
+        self.runs[lane.run].piece.jerk.jerk_mm_s3(state.speed_mm_s, state.accel_mm_s2)
+    }
+
+    /// Where the arc from a state in a lane leaves what is allowed, if it does.
+    fn sweep(&self, from: State, first: usize) -> Option<Hit> {
+        let mut state = from;
+        let mut run_before = if first > 0 { Some(self.lanes[first - 1].run) } else { None };
+        for (i, lane) in self.lanes.iter().enumerate().skip(first) {
+            let entered = run_before.replace(lane.run) != Some(lane.run);
+            if state.at_mm >= lane.end_mm {
+                continue;
+            }
+            let ceiling = lane.at(state.at_mm);
+            let falls = state.accel_mm_s2 <= ceiling.accel_mm_s2;
+            if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
+                return None;
+            }
+            let [up_mm_s2, down_mm_s2] = self.runs[lane.run].accels_mm_s2(state.speed_mm_s);
+            let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
+            let step_mm_s2 = lane.step_mm_s2(&self.runs[lane.run].piece);
+            if entered && state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + step_mm_s2 {
+                return Some(Hit { at_mm: state.at_mm, is_ceiling: false });
+            }
+            let jerk_mm_s3 = self.jerk_mm_s3(lane, &state);
+            let brakes_s = (state.accel_mm_s2 + down_mm_s2) / jerk_mm_s3;
+            if brakes_s <= 0.0 {
+                return if lane.is_over(&state) {
+                    Some(Hit { at_mm: state.at_mm, is_ceiling: true })
+                } else {
+                    None
+                };
+            }
+            let range_s = brakes_s.min(stop_s(&state, jerk_mm_s3));
+            let reach_mm = state.after(-jerk_mm_s3, range_s).at_mm;
+            let ends = reach_mm <= lane.end_mm;
+            let time_s = match ends {
+                true => range_s,
+                false => state.time_over_s(lane.end_mm - state.at_mm, -jerk_mm_s3, range_s),
+            };
+            let arc = Stretch { from: state, jerk_mm_s3: -jerk_mm_s3, duration_s: time_s };
+            if let Some(hit) = touch(&arc, lane) {
+                return Some(hit);
+            }
+            if ends {
+                return None;
+            }
+            state = State { at_mm: lane.end_mm, ..arc.end() };
+        }
+        None
+    }
+}
+
+/// Where an arc is furthest above a lane, if it is above it anywhere.
+fn touch(arc: &Stretch, lane: &Lane) -> Option<Hit> {
+    let end = arc.end();
+    let over =
+        |state: &State| lane.is_over(state).then_some(Hit { at_mm: state.at_mm, is_ceiling: true });
+    let gains = |state: &State| state.accel_mm_s2 > lane.at(state.at_mm).accel_mm_s2;
+    if gains(&end) {
+        return over(&end);
+    }
+    if !gains(&arc.from) {
+        return over(&arc.from);
+    }
+    let (mut low_s, mut high_s) = (0.0, arc.duration_s);
+    while high_s - low_s > P_ERROR_S {
+        let middle_s = 0.5 * (low_s + high_s);
+        if middle_s <= low_s || middle_s >= high_s {
+            break;
+        }
+        *if gains(&arc.after(middle_s)) { &mut low_s } else { &mut high_s } = middle_s;
+    }
+    over(&arc.after(low_s))
+}
+
+/// When the speed is zero with the acceleration falling.
+fn stop_s(state: &State, jerk_mm_s3: f64) -> f64 {
+    let State { speed_mm_s, accel_mm_s2, .. } = *state;
+    let root = (accel_mm_s2 * accel_mm_s2 + 2.0 * jerk_mm_s3 * speed_mm_s.max(0.0)).sqrt();
+    if accel_mm_s2 >= 0.0 {
+        (accel_mm_s2 + root) / jerk_mm_s3
+    } else {
+        2.0 * speed_mm_s.max(0.0) / (root - accel_mm_s2)
+    }
+}

@@ -1,0 +1,236 @@
+//! Motion with limited jerk: what must hold, and how near it is to the least time.
+
+use std::convert::Infallible;
+use std::f64::consts::TAU;
+
+use cnc::base::{Axis, Machine, Plane, Point};
+use cnc::interp::{Move, MoveKind};
+use cnc::path::{self, PathItem, Segment};
+use cnc::plan::{self, Feed, Planned, Profile, Seams};
+
+mod least;
+use least::{corner, least_s};
+
+fn at(x: f64, y: f64, z: f64) -> Point {
+    let mut point = Point::ZERO;
+    (point[Axis::X], point[Axis::Y], point[Axis::Z]) = (x, y, z);
+    point
+}
+
+fn moves(way: &[(Point, MoveKind)]) -> Vec<Segment> {
+    let mut from = Point::ZERO;
+    let mut segments = Vec::new();
+    for (line, (to, kind)) in (1..).zip(way) {
+        let (corner, bound) = Default::default();
+        let step = Move { line, n: None, from, to: *to, kind: kind.clone(), corner, bound };
+        segments.extend(path::segment(&step));
+        from = *to;
+    }
+    segments
+}
+
+fn line(feed_mm_min: f64) -> MoveKind {
+    MoveKind::Line { feed_mm_min }
+}
+
+fn arc(feed_mm_min: f64, center_mm: [f64; 2], ccw: bool, turns: u32) -> MoveKind {
+    MoveKind::Arc { feed_mm_min, plane: Plane::Xy, center_mm, ccw, turns }
+}
+
+fn planned(segments: &[Segment], machine: &Machine) -> Vec<Profile> {
+    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+    let plan = plan::plan(items, machine, Feed::LookAhead, Seams::NONE, Point::ZERO);
+    plan.filter_map(|planned| match planned {
+        Ok(Planned::Profile(profile)) => Some(*profile),
+        _ => None,
+    })
+    .collect()
+}
+
+fn without_jerk(machine: &Machine) -> Machine {
+    let mut machine = machine.clone();
+    machine.axes.iter_mut().for_each(|axis| axis.jerk_max_mm_s3 = None);
+    machine
+}
+
+fn time_s(profiles: &[Profile]) -> f64 {
+    profiles.iter().map(|profile| profile.ramp.duration_s()).sum()
+}
+
+/// The way along the path at equal steps of time.
+fn ways_mm(profiles: &[Profile], step_s: f64) -> Vec<f64> {
+    let (mut ways, mut start_s, mut start_mm, mut k) = (Vec::new(), 0.0, 0.0, 0);
+    for profile in profiles {
+        let ramp = &profile.ramp;
+        while f64::from(k) * step_s < start_s + ramp.duration_s() {
+            ways.push(start_mm + ramp.distance_mm(f64::from(k) * step_s - start_s));
+            k += 1;
+        }
+        start_s += ramp.duration_s();
+        start_mm += ramp.length_mm();
+    }
+    ways
+}
+
+/// Speed, acceleration and jerk along the path stay within the machine's, whatever the axes'
+/// directions: each may be greater by what a diagonal in three axes makes of it. Within bent pieces the
+/// acceleration is constant, so jerk is taken over times as long as these.
+fn check_limits(name: &str, segments: &[Segment], machine: &Machine) {
+    let over_s = 4.0 * machine.bus.tick_s();
+    let profiles = planned(segments, machine);
+    let axis = machine.axes[0];
+    let jerk_mm_s3 = axis.jerk_max_mm_s3.unwrap();
+    let ways = ways_mm(&profiles, over_s);
+    let rates = |v: &[f64]| -> Vec<f64> { v.windows(2).map(|w| (w[1] - w[0]) / over_s).collect() };
+    let most = |v: &[f64]| v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let speeds = rates(&ways);
+    let accels = rates(&speeds);
+    let jerks = rates(&accels);
+    let diagonal = 3.0_f64.sqrt() * 1.001;
+    assert!(most(&speeds) <= diagonal * axis.speed_max_mm_s, "{name}: {}", most(&speeds));
+    assert!(most(&accels) <= diagonal * axis.accel_max_mm_s2, "{name}: {}", most(&accels));
+    let told = format!("{name} on {}: {} mm/s³", machine.id, most(&jerks));
+    assert!(most(&jerks) <= diagonal * jerk_mm_s3, "{told}");
+    let plain_s = time_s(&planned(segments, &without_jerk(machine)));
+    assert!(time_s(&profiles) >= plain_s * (1.0 - 1e-9), "{name}: faster than without jerk");
+    for pair in profiles.windows(2) {
+        assert_eq!(pair[0].end, pair[1].start, "{name}: the time axis has a gap");
+    }
+}
+
+fn check(name: &str, way: &[(Point, MoveKind)]) {
+    let segments = moves(way);
+    for machine in ["starmill", "router"] {
+        let machine = Machine::load(machine).unwrap();
+        check_limits(name, &segments, &machine);
+        let (planned_s, least_s) =
+            (time_s(&planned(&segments, &machine)), least_s(&segments, &machine));
+        let told = format!("{name} on {}: {planned_s:.4} s, least {least_s:.4} s", machine.id);
+        println!("{told}: {:.4}", planned_s / least_s);
+        assert!((0.80..1.05).contains(&(planned_s / least_s)), "{told}");
+    }
+}
+
+/// From rest to rest in closed form: up to seven phases.
+fn rest_to_rest_s(length_mm: f64, speed: f64, accel: f64, jerk: f64) -> f64 {
+    let ramp_s = |peak: f64| {
+        if peak * jerk < accel * accel {
+            2.0 * (peak / jerk).sqrt()
+        } else {
+            peak / accel + accel / jerk
+        }
+    };
+    let (mut low, mut high) = (0.0, speed);
+    for _ in 0..200 {
+        let peak = 0.5 * (low + high);
+        *if peak * ramp_s(peak) > length_mm { &mut high } else { &mut low } = peak;
+    }
+    2.0 * ramp_s(low) + (length_mm - low * ramp_s(low)) / low
+}
+
+#[test]
+fn lines_take_the_least_time() {
+    for name in ["starmill", "router"] {
+        let machine = Machine::load(name).unwrap();
+        let axis = machine.axes[0];
+        for length_mm in [0.01, 0.1, 1.0, 5.0, 40.0, 140.0] {
+            let segments = moves(&[(at(length_mm, 0.0, 0.0), MoveKind::Rapid)]);
+            let count_mm_s =
+                f64::from(machine.count_max(&axis)) / axis.steps_per_mm / machine.bus.tick_s();
+            let speed_mm_s = axis.speed_max_mm_s.min(count_mm_s);
+            let jerk_mm_s3 = axis.jerk_max_mm_s3.unwrap();
+            let least_s = rest_to_rest_s(length_mm, speed_mm_s, axis.accel_max_mm_s2, jerk_mm_s3);
+            let planned_s = time_s(&planned(&segments, &machine));
+            assert!(
+                (planned_s / least_s - 1.0).abs() < 1e-6,
+                "{name} {length_mm}: {planned_s} {least_s}"
+            );
+        }
+    }
+}
+
+/// Faster than any limit, so that these set the speed.
+const FEED_MM_MIN: f64 = 30_000.0;
+
+/// A symmetric way between equal speeds in closed form.
+fn hump_s(length_mm: f64, ends: f64, limits: [f64; 3]) -> f64 {
+    let [speed, accel, jerk] = limits;
+    let ramp_s = |peak: f64| match peak - ends {
+        gain if gain * jerk < accel * accel => 2.0 * (gain / jerk).sqrt(),
+        gain => gain / accel + accel / jerk,
+    };
+    let way_mm = |peak: f64| (ends + peak) * ramp_s(peak);
+    let (mut low, mut high) = (ends, speed);
+    for _ in 0..200 {
+        let peak = 0.5 * (low + high);
+        *if way_mm(peak) > length_mm { &mut high } else { &mut low } = peak;
+    }
+    2.0 * ramp_s(low) + (length_mm - way_mm(low)) / low
+}
+
+/// Right angles, passed without acceleration at the speed of the corner rule. The bound has that speed at
+/// the start and the end, too.
+fn check_corners(name: &str, way: &[Point], length_mm: f64) {
+    let way: Vec<_> = way.iter().map(|to| (*to, line(FEED_MM_MIN))).collect();
+    let segments = moves(&way);
+    for machine in ["starmill", "router"] {
+        let machine = Machine::load(machine).unwrap();
+        check_limits(name, &segments, &machine);
+        let [a, b] = [segments[0].rates_at(1.0), segments[1].rates_at(0.0)];
+        let axis = machine.axes[0];
+        let count_mm_s =
+            f64::from(machine.count_max(&axis)) / axis.steps_per_mm / machine.bus.tick_s();
+        let speed_mm_s = axis.speed_max_mm_s.min(count_mm_s);
+        let limits = [speed_mm_s, axis.accel_max_mm_s2, axis.jerk_max_mm_s3.unwrap()];
+        let hump_s = hump_s(length_mm, corner(&a, &b, length_mm, &machine), limits);
+        let (planned_s, least_s) =
+            (time_s(&planned(&segments, &machine)), hump_s * way.len() as f64);
+        let told = format!("{name} on {}: {planned_s:.4} s, least {least_s:.4} s", machine.id);
+        println!("{told}: {:.4}", planned_s / least_s);
+        assert!((0.999..1.05).contains(&(planned_s / least_s)), "{told}");
+    }
+}
+
+#[test]
+fn squares_and_zigzags() {
+    let corners = [at(40.0, 0.0, 0.0), at(40.0, 40.0, 0.0), at(0.0, 40.0, 0.0), Point::ZERO];
+    check_corners("square", &corners, 40.0);
+    let to = |k: u32| at(f64::from(k.div_ceil(2)), f64::from(k / 2), 0.0);
+    check_corners("zigzag", &(1..=100).map(to).collect::<Vec<_>>(), 1.0);
+}
+
+#[test]
+fn rounded_corners() {
+    {
+        let feed = FEED_MM_MIN;
+        let way = [
+            (at(10.0, 0.0, 0.0), line(feed)),
+            (at(20.0, 10.0, 0.0), arc(feed, [10.0, 10.0], true, 0)),
+            (at(20.0, 20.0, 0.0), line(feed)),
+        ];
+        check("rounded corner", &way);
+    }
+}
+
+#[test]
+fn circles_native_and_chopped() {
+    {
+        let feed = FEED_MM_MIN;
+        check("circle", &[(Point::ZERO, arc(feed, [20.0, 0.0], false, 0))]);
+        let chords = 251;
+        let to = |k: u32| {
+            let angle = TAU * f64::from(k) / f64::from(chords);
+            at(20.0 - 20.0 * angle.cos(), 20.0 * angle.sin(), 0.0)
+        };
+        let way: Vec<_> = (1..=chords).map(|k| (to(k), line(feed))).collect();
+        check("chopped circle", &way);
+    }
+}
+
+#[test]
+fn helices() {
+    {
+        let feed = FEED_MM_MIN;
+        check("helix", &[(at(0.0, 0.0, 4.0), arc(feed, [10.0, 0.0], true, 1))]);
+    }
+}
