@@ -75,8 +75,11 @@ fn data() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(byte(), ENTRIES as usize)
 }
 
+/// Nodes by their places, and what they are filled with.
+type Filled = Vec<(usize, Vec<u8>)>;
+
 /// Distinct IDs, and for each buffer who is filled in which order with what.
-fn cases() -> impl Strategy<Value = (Vec<u8>, Vec<Vec<(usize, Vec<u8>)>>)> {
+fn cases() -> impl Strategy<Value = (Vec<u8>, Vec<Filled>)> {
     let ids: Vec<u8> = (121..=135).collect();
     prop::sample::subsequence(ids, 2..=15).prop_shuffle().prop_flat_map(|ids| {
         let nodes: Vec<usize> = (0..ids.len()).collect();

@@ -197,7 +197,10 @@ fn a_job_runs_on_simulated_nodes() {
     assert!(text(&output.stdout).starts_with("done: 550 ticks"));
     let output = send(Path::new("sim:"), &file, &["--dry-run"]);
     let proof = text(&output.stdout);
-    assert!(proof.starts_with("proof     3 buffers, ") && proof.contains(" pairs looked at"), "{proof}");
+    assert!(
+        proof.starts_with("proof     3 buffers, ") && proof.contains(" pairs looked at"),
+        "{proof}"
+    );
     assert!(proof.ends_with("safe for the bus; nothing was sent\n"), "{proof}");
 }
 
