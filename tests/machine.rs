@@ -191,7 +191,7 @@ proptest! {
 
     /// Numbers survive the canonical form to the last bit.
     #[test]
-    fn the_canonical_form_keeps_every_bit(steps in 1.0..1e5f64, zero in 0.0..150.0f64) {
+    fn the_canonical_form_keeps_every_bit(steps in 5.0..1e5f64, zero in 0.0..150.0f64) {
         let text = BASE
             .replacen("steps_per_mm = 100.0", &format!("steps_per_mm = {steps:?}"), 1)
             .replacen("X = 75.0", &format!("X = {zero:?}"), 1);

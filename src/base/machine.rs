@@ -19,7 +19,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 pub use self::error::ProfileError;
-pub use self::timing::{ANSWER_PAUSE_US, BufferTime, SPI_US};
+pub use self::timing::{ANSWER_PAUSE_US, BufferTime, LISTEN_US, SPI_US};
 use crate::base::{Axis, AxisMap, Point};
 
 /// The profile used when none is named.
@@ -113,6 +113,10 @@ pub struct Bus {
     pub host_id: u8,
     /// Each axis's node.
     pub nodes: BTreeMap<Axis, u8>,
+    /// A node without a motor that can be master as a time base.
+    pub metronome_id: Option<u8>,
+    /// Further nodes on the bus, which move no axis of this machine.
+    pub spare_ids: Vec<u8>,
     /// Which node answers every tick.
     pub master: Master,
     /// How long to wait for an answer beyond the time of wire and tick.
@@ -134,8 +138,30 @@ pub enum Master {
     /// In each buffer the axis that moves in most ticks.
     #[default]
     Auto,
+    /// In each buffer the axis that has not been master for longest, of those that move in it.
+    Rotate,
     /// Always this axis.
     Axis(Axis),
+    /// Always the node of [`Bus::metronome_id`].
+    Metronome,
+}
+
+/// A node on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Unit {
+    /// The axis that it moves, if any.
+    pub axis: Option<Axis>,
+    /// Its ID.
+    pub id: u8,
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.axis {
+            Some(axis) => write!(f, "node {} of axis {axis}", self.id),
+            None => write!(f, "node {} (without an axis)", self.id),
+        }
+    }
 }
 
 /// The spindle.
@@ -170,6 +196,13 @@ impl Bus {
         f64::from(self.tick_us) * 1e-6
     }
 
+    /// Every node on the bus: those of the axes in order, the metronome, the spare ones.
+    pub fn units(&self) -> impl Iterator<Item = Unit> {
+        let of_axis = |(axis, id): (&Axis, &u8)| Unit { axis: Some(*axis), id: *id };
+        let others = self.metronome_id.iter().chain(&self.spare_ids);
+        self.nodes.iter().map(of_axis).chain(others.map(|id| Unit { axis: None, id: *id }))
+    }
+
     /// Most ticks of motion in one buffer: at least [`PADS_MIN`] of its entries stay zero. None
     /// where there are no buffers.
     pub fn motion_ticks_max(&self) -> Option<u32> {
@@ -187,6 +220,8 @@ impl Bus {
             count_max: 1,
             host_id: HOST_ID,
             nodes: BTreeMap::new(),
+            metronome_id: None,
+            spare_ids: Vec::new(),
             master: Master::Auto,
             reply_timeout_ms: 200,
         }

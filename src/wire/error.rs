@@ -1,5 +1,6 @@
 //! Why a job cannot be sent over a bus.
 
+use crate::base::machine::Unit;
 use crate::base::{Axis, Event, Tick};
 use crate::wire::order::Clash;
 
@@ -20,6 +21,30 @@ pub enum JobError {
         tick_us: u32,
         /// What the nodes need.
         least_us: u32,
+    },
+    /// Each data byte would put the pairs of idle nodes out of phase for good (H7).
+    #[error(
+        "bus.buffer_ticks = {buffer_ticks} is odd: nodes that are not filled would lose the phase of their pairs"
+    )]
+    OddBuffer {
+        /// The profile's.
+        buffer_ticks: u32,
+    },
+    /// H9: a buffer has one master, whose fill command stands first of its node's bytes.
+    #[error("buffer {buffer} has {masters} masters, it must have exactly one")]
+    Masters {
+        /// The buffer.
+        buffer: u32,
+        /// How many it has.
+        masters: usize,
+    },
+    /// A node would be filled that is full, or that is not on the bus.
+    #[error("buffer {buffer}: {unit} cannot be filled: it is not on this bus, or is full already")]
+    NotEmpty {
+        /// The buffer.
+        buffer: u32,
+        /// The node.
+        unit: Unit,
     },
     /// An axis moves that the machine has not, or that has no node.
     #[error("line {line}, tick {tick}: axis {axis} moves, and the machine has no node for it")]
@@ -121,16 +146,14 @@ pub enum JobError {
     },
     /// H1 to H3: a node would take data for a command.
     #[error(
-        "line {line}, tick {tick}: the data of axis {axis} holds a command to node {id} of axis \
-         {other}, and no order of filling avoids it; give that node an ID from 121 to 127"
+        "line {line}, tick {tick}: the data of {of} holds a command to {to}, and no order of filling \
+         avoids it; give {to} an ID from 121 to 127"
     )]
     Command {
         /// Whose data.
-        axis: Axis,
+        of: Unit,
         /// Who would obey.
-        other: Axis,
-        /// Its ID.
-        id: u8,
+        to: Unit,
         /// The tick.
         tick: u64,
         /// Its line; 0 in pads.
@@ -141,9 +164,8 @@ pub enum JobError {
 impl JobError {
     pub(super) fn clash(clash: Clash, base: u64, ticks: &[Tick]) -> Self {
         JobError::Command {
-            axis: clash.axis,
-            other: clash.other,
-            id: clash.id,
+            of: clash.of,
+            to: clash.to,
             tick: base + clash.tick as u64,
             line: ticks.get(clash.tick).map_or(0, |tick| tick.line),
         }

@@ -7,7 +7,7 @@
 //! sent; whether bytes could be taken for commands is proved by [`crate::wire::lint`].
 
 use crate::base::machine::{
-    self, AxisProfile, Bus, COUNT_MAX_SAFE, PADS_MIN, Protocol, TICK_MARGIN_US,
+    self, AxisProfile, Bus, COUNT_MAX_SAFE, PADS_MIN, Protocol, TICK_MARGIN_US, Unit,
 };
 use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use crate::wire::codec;
@@ -30,8 +30,8 @@ pub struct Job {
     pub extents_mm: AxisMap<Option<[f64; 2]>>,
     /// Ticks that the nodes execute, pads not counted.
     pub ticks: u64,
-    /// Nodes that take part in any buffer, by axis.
-    pub nodes: Vec<(Axis, u8)>,
+    /// Nodes that take part in any buffer.
+    pub nodes: Vec<Unit>,
 }
 
 /// One step of a job.
@@ -59,10 +59,8 @@ pub struct Buffer {
 /// One node's part in a buffer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fill {
-    /// The node's axis.
-    pub axis: Axis,
-    /// The node's ID.
-    pub id: u8,
+    /// The node.
+    pub unit: Unit,
     /// It answers every tick.
     pub master: bool,
     /// Its buffer, pads included.
@@ -78,7 +76,11 @@ impl Buffer {
     /// The counts of all axes in one tick.
     pub fn counts(&self, tick: usize) -> AxisMap<i32> {
         let mut counts = AxisMap::default();
-        self.fills.iter().for_each(|fill| counts[fill.axis] = self.count(fill, tick));
+        for fill in &self.fills {
+            if let Some(axis) = fill.unit.axis {
+                counts[axis] = self.count(fill, tick);
+            }
+        }
         counts
     }
 
@@ -107,8 +109,8 @@ impl Job {
             }
         }
         cutter.flush()?;
-        let mut nodes: Vec<(Axis, u8)> = cutter.steps.iter().flat_map(participants).collect();
-        nodes.sort_unstable();
+        let mut nodes: Vec<Unit> = cutter.steps.iter().flat_map(participants).collect();
+        nodes.sort_unstable_by_key(|unit| (unit.axis.is_none(), *unit));
         nodes.dedup();
         let low_high = cutter.extents_steps;
         let mm = |axis: Axis, steps: i64| {
@@ -168,7 +170,7 @@ impl Job {
     pub fn duration_s(&self, bus: &Bus) -> f64 {
         let buffer_s = |buffer: &Buffer| {
             let ticks = buffer.lines.len() as f64;
-            let filled = buffer.fills.iter().map(|fill| fill.axis).collect();
+            let filled = buffer.fills.iter().filter_map(|fill| fill.unit.axis).collect();
             ticks * bus.tick_s() + bus.buffer_time(ticks, filled).total_s()
         };
         let dwells_s: f64 = self.events().map(|event| dwell_s(event.kind)).sum();
@@ -180,9 +182,9 @@ fn dwell_s(kind: EventKind) -> f64 {
     if let EventKind::Dwell(seconds) = kind { seconds } else { 0.0 }
 }
 
-fn participants(step: &Step) -> Vec<(Axis, u8)> {
+fn participants(step: &Step) -> Vec<Unit> {
     match step {
-        Step::Buffer(buffer) => buffer.fills.iter().map(|fill| (fill.axis, fill.id)).collect(),
+        Step::Buffer(buffer) => buffer.fills.iter().map(|fill| fill.unit).collect(),
         Step::Event(_) => Vec::new(),
     }
 }
@@ -198,6 +200,9 @@ fn check_bus(bus: &Bus) -> Result<(), JobError> {
     if bus.protocol == Protocol::None {
         return Err(JobError::NoProtocol);
     }
+    if !bus.buffer_ticks.is_multiple_of(2) {
+        return Err(JobError::OddBuffer { buffer_ticks: bus.buffer_ticks });
+    }
     let least_us = bus.node_tick_us.saturating_add(TICK_MARGIN_US);
     if bus.tick_us < least_us {
         return Err(JobError::TickTooShort { tick_us: bus.tick_us, least_us });
@@ -207,6 +212,9 @@ fn check_bus(bus: &Bus) -> Result<(), JobError> {
 
 /// Longest rest of a job in all: ten weeks. Times in microseconds then stay far from overflow.
 const DWELLS_S_MAX: f64 = 6e6;
+
+/// What a metronome makes in every entry: 100 steps fill its tick of 10 ms exactly.
+const METRONOME_COUNT: u8 = 100;
 
 /// Gathers the ticks and events of one buffer after another.
 struct Cutter<'a> {
@@ -219,6 +227,9 @@ struct Cutter<'a> {
     extents_steps: AxisMap<[i64; 2]>,
     total: u64,
     dwells_s: f64,
+    /// How many buffers there had been when each axis was master last.
+    last_master: AxisMap<usize>,
+    buffers: usize,
 }
 
 impl<'a> Cutter<'a> {
@@ -233,6 +244,8 @@ impl<'a> Cutter<'a> {
             extents_steps: AxisMap::from_fn(|axis| [start_steps[axis]; 2]),
             total: 0,
             dwells_s: 0.0,
+            last_master: AxisMap::default(),
+            buffers: 0,
         }
     }
 
@@ -311,7 +324,7 @@ impl<'a> Cutter<'a> {
     }
 
     fn buffer(
-        &self,
+        &mut self,
         ticks: &[Tick],
         events: Vec<(usize, Event)>,
         base: u64,
@@ -365,10 +378,17 @@ impl<'a> Cutter<'a> {
     /// Each moving node's bytes, in an order of filling in which no node takes another's data for
     /// a fill command. A node that must be full before others are filled, though it rests, gets
     /// zeros.
-    fn fills(&self, ticks: &[Tick], base: u64) -> Result<Vec<Fill>, JobError> {
+    fn fills(&mut self, ticks: &[Tick], base: u64) -> Result<Vec<Fill>, JobError> {
         let bus = &self.machine.bus;
-        let master = self.master(ticks);
-        let mut fills = Vec::new();
+        let entries = bus.buffer_ticks as usize;
+        let metronome = bus.metronome_id.filter(|_| bus.master == machine::Master::Metronome);
+        let master = if metronome.is_some() { None } else { self.master(ticks) };
+        let beat = |id| Fill {
+            unit: Unit { axis: None, id },
+            master: true,
+            bytes: vec![METRONOME_COUNT; entries],
+        };
+        let mut fills: Vec<Fill> = metronome.map(beat).into_iter().collect();
         for AxisProfile { axis, .. } in &self.machine.axes {
             let axis = *axis;
             let moves = ticks.iter().any(|tick| tick.counts[axis] != 0);
@@ -380,28 +400,33 @@ impl<'a> Cutter<'a> {
                 let (tick, line) = moving.map_or((base, 0), |(tick, at)| (at, tick.line));
                 JobError::NoNode { axis, tick, line }
             })?;
-            let mut bytes = vec![0; bus.buffer_ticks as usize];
+            let mut bytes = vec![0; entries];
             for (byte, tick) in bytes.iter_mut().zip(ticks) {
                 // Counts were held to 119 when the tick came.
                 *byte = codec::encode(tick.counts[axis]).unwrap_or(0);
             }
-            fills.push(Fill { axis, id, master: master == Some(axis), bytes });
+            let unit = Unit { axis: Some(axis), id };
+            fills.push(Fill { unit, master: master == Some(axis), bytes });
         }
-        order::fill_order(fills, &bus.nodes).map_err(|clash| JobError::clash(clash, base, ticks))
+        let units: Vec<Unit> = bus.units().collect();
+        order::fill_order(fills, &units).map_err(|clash| JobError::clash(clash, base, ticks))
     }
 
-    /// The axis that moves in most ticks gives the best supervision; ties in profile order.
-    fn master(&self, ticks: &[Tick]) -> Option<Axis> {
-        if let machine::Master::Axis(axis) = self.machine.bus.master {
-            return Some(axis);
-        }
-        let mut best = None;
-        for AxisProfile { axis, .. } in &self.machine.axes {
-            let moving = ticks.iter().filter(|tick| tick.counts[*axis] != 0).count();
-            if best.is_none_or(|(most, _)| moving > most) {
-                best = Some((moving, *axis));
+    /// The axis whose node answers every tick. The one that moves in most ticks gives the best
+    /// supervision, each in turn shows every dead one; ties in profile order.
+    fn master(&mut self, ticks: &[Tick]) -> Option<Axis> {
+        self.buffers += 1;
+        let moving = |axis: Axis| ticks.iter().filter(|tick| tick.counts[axis] != 0).count();
+        let axes = self.machine.axes.iter().map(|profile| profile.axis);
+        let master = match self.machine.bus.master {
+            machine::Master::Axis(axis) => Some(axis),
+            machine::Master::Rotate => {
+                axes.filter(|axis| moving(*axis) > 0).min_by_key(|axis| self.last_master[*axis])
             }
-        }
-        best.map(|(_, axis)| axis)
+            // The last of equal ones would win, so they come in reverse.
+            _ => axes.rev().max_by_key(|axis| moving(*axis)),
+        }?;
+        self.last_master[master] = self.buffers;
+        Some(master)
     }
 }

@@ -1,12 +1,13 @@
 //! 7 Command ⇄ bytes on the bus: the protocol of the nodes, without a clock and without IO.
 //!
 //! [`Job`] cuts commands in node buffers, [`lint()`] proves that no node can take data for a
-//! command, [`Master`] sends a job, [`Node`] is the other end: the firmware's behaviour. Time is an
-//! argument, in microseconds. What drives them stands in `wire_io`.
+//! command, [`Master`] sends a job, [`Node`] is the other end: the firmware's behaviour, [`Faults`]
+//! what may go wrong between. Time is an argument, in microseconds. What drives them stands in `wire_io`.
 
 pub mod codec;
 mod error;
 mod frame;
+mod inject;
 mod job;
 mod lint;
 mod master;
@@ -16,8 +17,9 @@ mod order;
 mod report;
 
 pub use error::JobError;
+pub use inject::{FaultKind, FaultSpec, FaultSpecError, Faults, Phase, Random, Struck, Who};
 pub use job::{Buffer, Fill, Job, Step};
-pub use lint::lint;
+pub use lint::{Proof, lint};
 pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};

@@ -182,12 +182,39 @@ impl Node {
             return;
         }
         if self.receiver.len() == RECEIVER_BYTES {
-            self.deaf = true;
-            self.happenings.push_back((now_us, Happening::Overrun));
-            return;
+            return self.overrun(now_us);
         }
         self.receiver.push_back((now_us, byte));
         self.advance(now_us);
+    }
+
+    /// The node starts anew: idle, its buffer empty, its receiver clear. The axis stays where it is.
+    pub fn reset(&mut self, now_us: u64) {
+        self.state = State::First;
+        self.ready_us = now_us;
+        self.receiver.clear();
+        self.deaf = false;
+        self.buffer.clear();
+        self.full = false;
+        self.master = false;
+    }
+
+    /// The firmware reads nothing for so long; its receiver fills.
+    pub fn stall(&mut self, now_us: u64, stall_us: u64) {
+        self.ready_us = self.ready_us.max(now_us + stall_us);
+    }
+
+    /// The receiver overruns: it keeps what it has and takes nothing more.
+    pub fn overrun(&mut self, now_us: u64) {
+        self.deaf = true;
+        self.happenings.push_back((now_us, Happening::Overrun));
+    }
+
+    /// The node is without power.
+    pub fn die(&mut self) {
+        self.deaf = true;
+        self.receiver.clear();
+        self.answers.clear();
     }
 
     /// Lets the firmware read what its receiver keeps, as far as it gets by `now_us`.

@@ -4,39 +4,31 @@
 //! Only IDs 129 to 135 can appear in data, as counts of -1 to -7. A full node ignores its ID, so a
 //! node whose ID appears at an even offset of another's data has to be full before that is sent.
 
-use std::collections::BTreeMap;
-
-use crate::base::Axis;
+use crate::base::machine::Unit;
 use crate::wire::job::Fill;
 
 /// Data that no order of filling makes harmless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clash {
     /// Whose data.
-    pub axis: Axis,
+    pub of: Unit,
     /// Entry of the buffer.
     pub tick: usize,
     /// The node that would take it for its fill command.
-    pub other: Axis,
-    /// That node's ID.
-    pub id: u8,
+    pub to: Unit,
 }
 
 /// Puts fills in order, nodes without a need of theirs in the order given. Nodes that rest and
 /// are needed full are added, with zeros.
-pub(super) fn fill_order(
-    mut fills: Vec<Fill>,
-    nodes: &BTreeMap<Axis, u8>,
-) -> Result<Vec<Fill>, Clash> {
+pub(super) fn fill_order(mut fills: Vec<Fill>, units: &[Unit]) -> Result<Vec<Fill>, Clash> {
     let mut needs = Vec::new();
     let mut at = 0;
     while let Some(fill) = fills.get(at) {
         let entries = fill.bytes.len();
-        let of_fill = needs_of(fill, nodes);
+        let of_fill = needs_of(fill, units);
         for need in &of_fill {
-            if !fills.iter().any(|fill| fill.id == need.id) {
-                let (axis, id) = (need.other, need.id);
-                fills.push(Fill { axis, id, master: false, bytes: vec![0; entries] });
+            if !fills.iter().any(|fill| fill.unit == need.to) {
+                fills.push(Fill { unit: need.to, master: false, bytes: vec![0; entries] });
             }
         }
         needs.extend(of_fill);
@@ -45,8 +37,8 @@ pub(super) fn fill_order(
     let mut ordered: Vec<Fill> = Vec::with_capacity(fills.len());
     while !fills.is_empty() {
         let waits = |fill: &Fill| {
-            let full = |id| ordered.iter().any(|fill: &Fill| fill.id == id);
-            needs.iter().find(|need| need.axis == fill.axis && !full(need.id)).copied()
+            let full = |unit| ordered.iter().any(|fill: &Fill| fill.unit == unit);
+            needs.iter().find(|need| need.of == fill.unit && !full(need.to)).copied()
         };
         let waiting: Vec<Option<Clash>> = fills.iter().map(waits).collect();
         match waiting.iter().position(Option::is_none) {
@@ -59,11 +51,11 @@ pub(super) fn fill_order(
 }
 
 /// Nodes that must be full before this data is sent, each with the first tick that asks for it.
-fn needs_of(fill: &Fill, nodes: &BTreeMap<Axis, u8>) -> Vec<Clash> {
-    let others = nodes.iter().filter(|(_, id)| **id != fill.id);
-    let first = |(other, id): (&Axis, &u8)| {
-        let tick = fill.bytes.iter().step_by(2).position(|byte| byte == id)? * 2;
-        Some(Clash { axis: fill.axis, tick, other: *other, id: *id })
+fn needs_of(fill: &Fill, units: &[Unit]) -> Vec<Clash> {
+    let others = units.iter().filter(|unit| **unit != fill.unit);
+    let first = |to: &Unit| {
+        let tick = fill.bytes.iter().step_by(2).position(|byte| *byte == to.id)? * 2;
+        Some(Clash { of: fill.unit, tick, to: *to })
     };
     others.filter_map(first).collect()
 }
@@ -71,30 +63,34 @@ fn needs_of(fill: &Fill, nodes: &BTreeMap<Axis, u8>) -> Vec<Clash> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::Axis;
 
-    fn fill(axis: Axis, id: u8, bytes: &[u8]) -> Fill {
-        Fill { axis, id, master: false, bytes: bytes.to_vec() }
+    const X: Unit = Unit { axis: Some(Axis::X), id: 129 };
+    const Y: Unit = Unit { axis: Some(Axis::Y), id: 130 };
+    const SPARE: Unit = Unit { axis: None, id: 123 };
+
+    fn fill(unit: Unit, bytes: &[u8]) -> Fill {
+        Fill { unit, master: false, bytes: bytes.to_vec() }
     }
 
-    fn check(fills: Vec<Fill>, expected: Result<&[Axis], (Axis, usize)>) {
-        let nodes = BTreeMap::from([(Axis::X, 129), (Axis::Y, 130), (Axis::Z, 123)]);
-        let order = fill_order(fills, &nodes);
-        let order = order.map(|fills| fills.iter().map(|fill| fill.axis).collect::<Vec<_>>());
-        let expected = expected.map(<[Axis]>::to_vec);
-        assert_eq!(order.map_err(|clash| (clash.axis, clash.tick)), expected);
+    fn check(fills: Vec<Fill>, expected: Result<&[Unit], (Unit, usize)>) {
+        let order = fill_order(fills, &[X, Y, SPARE]);
+        let order = order.map(|fills| fills.iter().map(|fill| fill.unit).collect::<Vec<_>>());
+        let expected = expected.map(<[Unit]>::to_vec);
+        assert_eq!(order.map_err(|clash| (clash.of, clash.tick)), expected);
     }
 
     #[test]
     fn a_node_whose_id_is_data_is_filled_before() {
-        let x = |bytes: &[u8]| fill(Axis::X, 129, bytes);
-        let y = |bytes: &[u8]| fill(Axis::Y, 130, bytes);
-        let z = |bytes: &[u8]| fill(Axis::Z, 123, bytes);
-        check(vec![x(&[1, 0, 1, 0]), z(&[2, 0, 2, 0])], Ok(&[Axis::X, Axis::Z]));
-        check(vec![x(&[130, 0, 1, 0]), y(&[1, 0, 0, 0])], Ok(&[Axis::Y, Axis::X]));
+        let x = |bytes: &[u8]| fill(X, bytes);
+        let y = |bytes: &[u8]| fill(Y, bytes);
+        let spare = |bytes: &[u8]| fill(SPARE, bytes);
+        check(vec![x(&[1, 0, 1, 0]), spare(&[2, 0, 2, 0])], Ok(&[X, SPARE]));
+        check(vec![x(&[130, 0, 1, 0]), y(&[1, 0, 0, 0])], Ok(&[Y, X]));
         // At an odd offset it is the second byte of a pair, and its own ID no node minds.
-        check(vec![x(&[129, 130, 1, 0]), y(&[1, 0, 0, 0])], Ok(&[Axis::X, Axis::Y]));
+        check(vec![x(&[129, 130, 1, 0]), y(&[1, 0, 0, 0])], Ok(&[X, Y]));
         // Y rests and gets zeros first.
-        check(vec![z(&[1, 0, 130, 0])], Ok(&[Axis::Y, Axis::Z]));
-        check(vec![x(&[0, 0, 130, 0]), y(&[129, 0, 0, 0])], Err((Axis::X, 2)));
+        check(vec![spare(&[1, 0, 130, 0])], Ok(&[Y, SPARE]));
+        check(vec![x(&[0, 0, 130, 0]), y(&[129, 0, 0, 0])], Err((X, 2)));
     }
 }

@@ -2,6 +2,7 @@
 //! axis's position.
 
 use crate::base::Axis;
+use crate::base::machine::Unit;
 
 /// What was going on when something failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,22 +50,18 @@ impl std::fmt::Display for During {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
     /// A node said nothing in time.
-    #[error("node {id} of axis {axis} did not answer to {during}; {}", remedy(*during))]
+    #[error("{unit} did not answer to {during}; {}", remedy(*during))]
     NoAnswer {
-        /// The node's axis.
-        axis: Axis,
-        /// Its ID.
-        id: u8,
+        /// The node.
+        unit: Unit,
         /// What it should have answered to.
         during: During,
     },
     /// Something else came than the node's ID.
-    #[error("node {id} of axis {axis} should have answered {id} to {during}, {got} came; {}", remedy(*during))]
+    #[error("{unit} should have answered {} to {during}, {got} came; {}", unit.id, remedy(*during))]
     WrongAnswer {
-        /// The node's axis.
-        axis: Axis,
-        /// Its ID.
-        id: u8,
+        /// The node.
+        unit: Unit,
         /// The byte that came.
         got: u8,
         /// What it should have answered to.
@@ -72,14 +69,12 @@ pub enum Fault {
     },
     /// H13: an answer before all data had been sent.
     #[error(
-        "{got} was answered before all data of node {id} (axis {axis}) had been sent: another node \
-         has taken over, or bytes are counted twice; switch all nodes off and on, then home"
+        "{got} was answered before all data of {unit} had been sent: another node has taken over, or \
+         bytes are counted twice; switch all nodes off and on, then home"
     )]
     Early {
-        /// The axis whose node was filled.
-        axis: Axis,
-        /// Its ID.
-        id: u8,
+        /// The node that was filled.
+        unit: Unit,
         /// The byte that came.
         got: u8,
     },
@@ -125,20 +120,25 @@ pub enum End {
 /// What is known of an axis's position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Position {
-    /// Every step sent was acknowledged by the master node.
+    /// Every tick was acknowledged by the master node, and the axis's own node has answered since.
     Known,
     /// Known while its node stays on; the node must be switched off before it can be used again.
     KnownUntilPowerOff,
-    /// A tick that moves the axis was sent and not acknowledged, or another node answered.
+    /// Every tick was acknowledged by the master node, but the axis's own node could not be asked
+    /// since: if it has missed a byte, nobody has noticed.
+    Unconfirmed,
+    /// A tick that moves the axis was sent and not acknowledged, another node answered, or its node
+    /// has failed to answer a ping.
     Unknown,
 }
 
 impl Position {
-    /// As in reports: `known`, `known-until-power-off`, `unknown`.
+    /// As in reports: `known`, `known-until-power-off`, `unconfirmed`, `unknown`.
     pub fn name(self) -> &'static str {
         match self {
             Position::Known => "known",
             Position::KnownUntilPowerOff => "known-until-power-off",
+            Position::Unconfirmed => "unconfirmed",
             Position::Unknown => "unknown",
         }
     }

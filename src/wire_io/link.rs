@@ -7,6 +7,9 @@ use crate::wire_io::clock::{Clock, Speed};
 
 /// Sleeping is this inexact; the rest of a wait is spent awake.
 const SPIN: Duration = Duration::from_micros(200);
+/// Under [`Speed::Max`], in which other ends need our time to read what was written: shortest wait
+/// for an answer.
+const LISTEN: Duration = Duration::from_millis(20);
 /// Longest sleep, so that an operator's stop is seen.
 const SLEEP_MAX: Duration = Duration::from_millis(50);
 
@@ -36,7 +39,7 @@ pub trait Link {
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError>;
 
     /// Adds bytes that come, and waits for them until `until_us`; it may return before with
-    /// nothing. `answer_from_us` says from when on an answer is expected, if one is.
+    /// nothing. `answer_from_us` says from when on an answer may come, if one may.
     ///
     /// # Errors
     /// When the link fails.
@@ -74,13 +77,12 @@ pub trait Port {
 pub struct Paced<P> {
     port: P,
     clock: Clock,
-    reply_timeout: Duration,
 }
 
 impl<P: Port> Paced<P> {
-    /// Paces a port. `reply_timeout` is how long answers are waited for under [`Speed::Max`].
-    pub fn new(port: P, speed: Speed, reply_timeout: Duration) -> Self {
-        Paced { port, clock: Clock::new(speed), reply_timeout }
+    /// Paces a port.
+    pub fn new(port: P, speed: Speed) -> Self {
+        Paced { port, clock: Clock::new(speed) }
     }
 
     fn read(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<usize, LinkError> {
@@ -110,7 +112,7 @@ impl<P: Port> Link for Paced<P> {
             let wait = match answer_from_us {
                 Some(from_us) => {
                     self.clock.jump_to(from_us);
-                    self.reply_timeout
+                    Duration::from_micros(until_us.saturating_sub(from_us)).max(LISTEN)
                 }
                 None => Duration::ZERO,
             };

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use crate::wire::{Entry, Nodes};
+use crate::wire::{Entry, Nodes, Struck};
 use crate::wire_io::clock::{Clock, Speed};
 use crate::wire_io::pty::{Pty, Received};
 
@@ -20,15 +20,18 @@ pub struct Serving<'a> {
     pub once: bool,
     /// Told of everything that happens on a node.
     pub entry: &'a mut dyn FnMut(&Entry),
+    /// Told of every fault that has struck.
+    pub struck: &'a mut dyn FnMut(&Struck),
     /// Whether to end now.
     pub stopped: &'a dyn Fn() -> bool,
 }
 
-/// Runs nodes until it is stopped, or the peer has closed and `once` is set.
+/// Runs nodes until it is stopped, or the peer has closed and `once` is set, or a fault has closed the
+/// port.
 ///
 /// # Errors
 /// When the pseudo-terminal fails.
-pub fn serve(pty: &mut Pty, nodes: &mut Nodes, serving: Serving<'_>) -> io::Result<()> {
+pub fn serve(pty: &mut Pty, nodes: &mut Nodes, mut serving: Serving<'_>) -> io::Result<()> {
     let mut clock = Clock::new(serving.speed);
     let mut bytes = [0; 4096];
     while !(serving.stopped)() {
@@ -50,7 +53,7 @@ pub fn serve(pty: &mut Pty, nodes: &mut Nodes, serving: Serving<'_>) -> io::Resu
             Received::Closed => {
                 if serving.once {
                     settle(nodes, &mut clock, serving.stopped);
-                    report(nodes, serving.entry);
+                    report(nodes, &mut serving);
                     return Ok(());
                 }
                 std::thread::sleep(NOBODY);
@@ -65,7 +68,10 @@ pub fn serve(pty: &mut Pty, nodes: &mut Nodes, serving: Serving<'_>) -> io::Resu
         if !answers.is_empty() {
             pty.write(&answers)?;
         }
-        report(nodes, serving.entry);
+        report(nodes, &mut serving);
+        if nodes.is_closed() {
+            return Ok(());
+        }
     }
     Ok(())
 }
@@ -85,8 +91,11 @@ fn settle(nodes: &mut Nodes, clock: &mut Clock, stopped: &dyn Fn() -> bool) {
     }
 }
 
-fn report(nodes: &mut Nodes, entry: &mut dyn FnMut(&Entry)) {
+fn report(nodes: &mut Nodes, serving: &mut Serving<'_>) {
+    while let Some(struck) = nodes.poll_struck() {
+        (serving.struck)(&struck);
+    }
     while let Some(happening) = nodes.poll_log() {
-        entry(&happening);
+        (serving.entry)(&happening);
     }
 }

@@ -34,7 +34,7 @@ impl Link for Sim {
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         self.nodes.handle_bytes(self.now_us, bytes);
-        Ok(())
+        if self.nodes.is_closed() { Err(LinkError::Closed) } else { Ok(()) }
     }
 
     fn receive(

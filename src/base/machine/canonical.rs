@@ -89,8 +89,17 @@ fn bus(out: &mut String, bus: &Bus) {
     if !nodes.is_empty() {
         line(out, "nodes", format!("{{ {} }}", nodes.join(", ")));
     }
+    if let Some(id) = bus.metronome_id {
+        line(out, "metronome_id", id);
+    }
+    if !bus.spare_ids.is_empty() {
+        let ids: Vec<_> = bus.spare_ids.iter().map(u8::to_string).collect();
+        line(out, "spare_ids", format!("[{}]", ids.join(", ")));
+    }
     match bus.master {
         Master::Auto => line(out, "master", "\"auto\""),
+        Master::Rotate => line(out, "master", "\"rotate\""),
+        Master::Metronome => line(out, "master", "\"metronome\""),
         Master::Axis(axis) => line(out, "master", format!("\"{axis}\"")),
     }
     line(out, "reply_timeout_ms", bus.reply_timeout_ms);

@@ -153,11 +153,6 @@ fn bus(keys: &mut Keys<'_>) -> Bus {
         Protocol::Buffered => 127,
         Protocol::None => COUNT_MOST,
     };
-    keys.unsupported(
-        "bus.metronome_id",
-        "a metronome is not supported by this version",
-        "remove the key; a node that moves an axis is then master",
-    );
     Bus {
         protocol,
         baud: keys.integer_if("bus.baud", 300..=10_000_000).unwrap_or(38_400),
@@ -167,6 +162,12 @@ fn bus(keys: &mut Keys<'_>) -> Bus {
         count_max: keys.integer("bus.count_max", 1..=count_most),
         host_id: keys.integer_if("bus.host_id", 0..=255).unwrap_or(HOST_ID.into()) as u8,
         nodes: nodes(keys),
+        metronome_id: keys.integer_if("bus.metronome_id", 0..=255).map(|id| id as u8),
+        spare_ids: keys
+            .integers_if("bus.spare_ids", 0..=255)
+            .into_iter()
+            .map(|id| id as u8)
+            .collect(),
         master: master(keys),
         reply_timeout_ms: keys.integer_if("bus.reply_timeout_ms", 1..=60_000).unwrap_or(200),
     }
@@ -186,14 +187,17 @@ fn nodes(keys: &mut Keys<'_>) -> BTreeMap<Axis, u8> {
 
 fn master(keys: &mut Keys<'_>) -> Master {
     let Some(word) = keys.string_if("bus.master") else { return Master::Auto };
-    let (message, help) = match (word.as_str(), axis_named(&word)) {
-        ("auto", _) => return Master::Auto,
-        (_, Some(axis)) => return Master::Axis(axis),
-        ("metronome", _) => ("a metronome is not supported by this version".to_owned(), "auto"),
-        _ => (format!("unknown value \"{word}\""), "auto"),
-    };
-    keys.wrong("bus.master", message, Some(format!("write \"{help}\" or an axis as \"X\"")));
-    Master::Auto
+    match (word.as_str(), axis_named(&word)) {
+        ("auto", _) => Master::Auto,
+        ("rotate", _) => Master::Rotate,
+        ("metronome", _) => Master::Metronome,
+        (_, Some(axis)) => Master::Axis(axis),
+        _ => {
+            let help = "write \"auto\", \"rotate\", \"metronome\" or an axis as \"X\"".to_owned();
+            keys.wrong("bus.master", format!("unknown value \"{word}\""), Some(help));
+            Master::Auto
+        }
+    }
 }
 
 /// Checks values against each other.
@@ -263,9 +267,15 @@ fn fit_buffered_bus(keys: &mut Keys<'_>, machine: &Machine) {
         let message = format!("the node firmware starts on {HOST_ID} only");
         keys.wrong("bus.host_id", message, Some(format!("write {HOST_ID}")));
     }
-    let mut owners: BTreeMap<u8, Axis> = BTreeMap::new();
-    for (axis, id) in &bus.nodes {
-        let path = format!("bus.nodes.{axis}");
+    if bus.master == Master::Metronome && bus.metronome_id.is_none() {
+        let help = "write metronome_id = 125, the ID of a node without a motor".to_owned();
+        keys.wrong("bus.master", "which node that is does not stand here".into(), Some(help));
+    }
+    let of_axes = bus.nodes.iter().map(|(axis, id)| (format!("bus.nodes.{axis}"), *id));
+    let metronome = bus.metronome_id.map(|id| ("bus.metronome_id".to_owned(), id));
+    let spare = bus.spare_ids.iter().map(|id| ("bus.spare_ids".to_owned(), *id));
+    let mut owners: BTreeMap<u8, String> = BTreeMap::new();
+    for (path, id) in of_axes.chain(metronome).chain(spare) {
         match id {
             120 => keys.wrong(
                 &path,
@@ -279,8 +289,8 @@ fn fit_buffered_bus(keys: &mut Keys<'_>, machine: &Machine) {
                 None,
             ),
         }
-        if let Some(other) = owners.insert(*id, *axis) {
-            keys.wrong(&path, format!("axis {other} has ID {id} already"), None);
+        if let Some(other) = owners.insert(id, path.clone()) {
+            keys.wrong(&path, format!("{other} has ID {id} already"), None);
         }
     }
     for profile in &machine.axes {

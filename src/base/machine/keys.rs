@@ -129,6 +129,27 @@ impl<'t> Keys<'t> {
         self.required(path, number, stand_in)
     }
 
+    /// A list of whole numbers that may be left out.
+    pub fn integers_if(&mut self, path: &str, range: RangeInclusive<u32>) -> Vec<u32> {
+        let Some(value) = self.ask(path) else { return Vec::new() };
+        let number = |value: &DeValue<'_>| match value {
+            DeValue::Integer(text) => {
+                u32::from_str_radix(text.as_str(), text.radix()).ok().filter(|n| range.contains(n))
+            }
+            _ => None,
+        };
+        let found: Option<Vec<u32>> = match value.get_ref() {
+            DeValue::Array(items) => items.iter().map(|item| number(item.get_ref())).collect(),
+            _ => None,
+        };
+        if found.is_none() {
+            let (least, most) = (range.start(), range.end());
+            let message = format!("a list of whole numbers from {least} to {most} is expected");
+            self.wrong(path, message, None);
+        }
+        found.unwrap_or_default()
+    }
+
     /// A string that may be left out.
     pub fn string_if(&mut self, path: &str) -> Option<String> {
         match self.ask(path)?.get_ref() {

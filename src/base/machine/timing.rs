@@ -11,10 +11,15 @@ pub const ANSWER_PAUSE_US: u32 = 250;
 /// takes over a tick without steps.
 pub const SPI_US: u32 = 26;
 
-/// Bytes of the host for filling a node beside its buffer's entries: a ping (6) and the command.
-const FILL_EXTRA_BYTES: u32 = 8;
-/// Answers of a node that is filled: to the ping, to the command, and when it is full.
-const FILL_ANSWERS: f64 = 3.0;
+/// How long the host listens before the last byte of a node's data: who answers then has counted
+/// more bytes than were sent, or is another node (H13). 1 % of a fill.
+pub const LISTEN_US: u32 = 4000;
+
+/// Bytes of the host for filling a node beside its buffer's entries: three pings of 8, before the
+/// fill, before the start and after the buffer, and the command.
+const FILL_EXTRA_BYTES: u32 = 26;
+/// Answers of a node that is filled: to the pings, to the command, and when it is full.
+const FILL_ANSWERS: f64 = 5.0;
 /// Bytes of the start pair.
 const START_BYTES: u32 = 2;
 /// Bits on the wire for a byte: start, eight, stop.
@@ -40,7 +45,8 @@ impl Bus {
     /// What a buffer takes beside its ticks, in which these axes move: a node each is filled, and
     /// the master's; none where nothing moves. Without node buffers that is nothing.
     ///
-    /// A node that has to be filled though it rests, for the sake of its ID, is not counted.
+    /// A node that has to be filled though it rests, for the sake of its ID, is counted if it is that
+    /// of an axis in `moving`.
     pub fn buffer_time(&self, ticks: f64, moving: AxisSet) -> BufferTime {
         if self.protocol != Protocol::Buffered || moving.is_empty() {
             return BufferTime::default();
@@ -55,14 +61,17 @@ impl Bus {
         if let Master::Axis(axis) = self.master {
             filled.insert(axis);
         }
-        let node_s =
-            self.wire_s(self.buffer_ticks + FILL_EXTRA_BYTES) + FILL_ANSWERS * self.answer_s();
-        filled.len() as f64 * node_s + self.wire_s(START_BYTES)
+        let metronomes = usize::from(self.master == Master::Metronome);
+        let node_s = self.wire_s(self.buffer_ticks + FILL_EXTRA_BYTES)
+            + FILL_ANSWERS * self.answer_s()
+            + f64::from(LISTEN_US) * 1e-6;
+        (filled.len() + metronomes) as f64 * node_s + self.wire_s(START_BYTES)
     }
 
-    /// A zero entry, as fast as answers come: sync byte, node, answer.
+    /// A zero entry, as fast as answers come: sync byte, node, answer. A metronome beats here too.
     pub fn pad_s(&self) -> f64 {
-        self.wire_s(1) + f64::from(SPI_US) * 1e-6 + self.answer_s()
+        let beat_us = if self.master == Master::Metronome { self.node_tick_us } else { 0 };
+        self.wire_s(1) + f64::from(SPI_US + beat_us) * 1e-6 + self.answer_s()
     }
 
     /// From an answer's start bit until the next byte may be sent.

@@ -42,8 +42,9 @@ fn places(cases: &[Case]) -> Vec<Place> {
 /// if a buffer is too long, or a place is passed where one has to end.
 fn cost_s(places: &[Place], stops: &[usize], machine: &Machine) -> Option<f64> {
     let byte_s = 10.0 / f64::from(machine.bus.baud);
-    // Ping: 2 bytes, an answer, 4 bytes; fill: 2 bytes, an answer, the entries, an answer.
-    let node_s = byte_s * f64::from(7 + 3 + ENTRIES + 1);
+    // Pings: 2 bytes, an answer, 6 bytes, 3 times; fill: 2 bytes, an answer, the entries, an answer;
+    // 4 ms of listening.
+    let node_s = byte_s * f64::from(3 * 9 + 3 + ENTRIES + 1) + 4e-3;
     let pad_s = 2.0 * byte_s + 26e-6;
     let last = places.len() - 1;
     let (mut from, mut sum_s) = (None, 0.0);

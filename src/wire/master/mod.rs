@@ -1,6 +1,7 @@
 //! A job → bytes for the bus, answers checked, sync bytes paced: the host, without IO or clock.
 //!
-//! For each buffer: ping and fill every node that takes part, start, then one sync byte a tick.
+//! For each buffer: ping and fill every node that takes part, ping all of them, start, one sync byte a
+//! tick, ping all of them.
 //! Rules: no question without its answer; sync byte k+1 leaves at max(t_k + period, answer_k), so a
 //! late host slides the schedule and never catches up; pads run as fast as answers come. What it
 //! cannot see: a servant that missed a byte (H14).
@@ -18,7 +19,7 @@ mod script;
 
 use std::collections::VecDeque;
 
-use crate::base::machine::Bus;
+use crate::base::machine::{Bus, LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
@@ -69,8 +70,8 @@ pub enum MasterEvent {
     Filling {
         /// The buffer.
         buffer: u32,
-        /// The node's axis.
-        axis: Axis,
+        /// The node.
+        unit: Unit,
     },
     /// The nodes have been started.
     Started {
@@ -140,7 +141,6 @@ pub struct Master {
     script: VecDeque<Action>,
     /// Step of the job that comes next.
     step: usize,
-    last_pings_sent: bool,
     /// When the last byte handed out has left the wire.
     wire_free_ns: u64,
     /// The nodes still pause after an answer.
@@ -148,9 +148,12 @@ pub struct Master {
     hold: Hold,
     /// What failed, while the script still puts the nodes in order.
     fault: Option<Fault>,
-    full: AxisSet,
+    /// Some nodes hold a buffer that has not been executed to its end.
+    any_full: bool,
     power_cycle: bool,
     doubtful: AxisSet,
+    /// Servants that have been started and not been asked since.
+    unconfirmed: AxisSet,
     position: AxisMap<i64>,
     progress: Progress,
     buffers_done: u64,
@@ -178,14 +181,14 @@ impl Master {
             state: State::Next,
             script: VecDeque::new(),
             step: 0,
-            last_pings_sent: false,
             wire_free_ns: 0,
             quiet_until_us: 0,
             hold: Hold::No,
             fault: None,
-            full: AxisSet::EMPTY,
+            any_full: false,
             power_cycle: false,
             doubtful: AxisSet::EMPTY,
+            unconfirmed: AxisSet::EMPTY,
             progress: Progress::default(),
             buffers_done: 0,
             late_us: 0,
@@ -227,7 +230,8 @@ impl Master {
         }
         let State::Sending { action, sent } = &mut self.state else { return None };
         let rest = action.bytes().get(*sent..).unwrap_or_default();
-        let piece = rest.get(..PIECE_BYTES).unwrap_or(rest).to_vec();
+        let last = usize::from(action.is_data() && rest.len() > 1);
+        let piece = rest[..PIECE_BYTES.min(rest.len() - last)].to_vec();
         *sent += piece.len();
         let all_sent = *sent == action.bytes().len();
         self.occupy_wire(now_us, piece.len());
@@ -262,10 +266,11 @@ impl Master {
         }
     }
 
-    /// From when on an answer may come, if one is waited for.
+    /// From when on an answer may come, if one is waited for, or listened for.
     pub fn answer_from_us(&self) -> Option<u64> {
         let waits = match &self.state {
             State::Waiting { .. } => true,
+            State::Sending { action, sent } => action.is_last_of_data(*sent),
             State::Running(run) => run.waits(),
             _ => false,
         };
@@ -338,9 +343,9 @@ impl Master {
         match &self.state {
             State::Waiting { ask, .. } => {
                 let ask = ask.clone();
-                if self.is_early(now_us, ask.bytes.len()) {
+                if self.is_early(now_us) {
                     self.early(&ask, byte);
-                } else if byte == ask.id {
+                } else if byte == ask.unit.id {
                     self.quiet(now_us);
                     self.answered(ask);
                 } else {
@@ -353,7 +358,10 @@ impl Master {
             }
             State::Running(_) => self.tick_answer(now_us, byte),
             State::Ended => {}
-            _ => self.fail(Fault::Unexpected { got: byte }),
+            state => {
+                self.power_cycle |= matches!(state, State::Sending { .. });
+                self.fail(Fault::Unexpected { got: byte });
+            }
         }
         self.settle(now_us);
     }
@@ -375,9 +383,10 @@ impl Master {
         }
     }
 
-    /// Between two exchanges, but never within a ping, nor once a node waits for its data.
+    /// Between two exchanges, but never within a ping, nor once a node waits for its data, nor
+    /// before all servants have said that they are done.
     fn may_stop(&self) -> bool {
-        self.script.front().is_none_or(Action::begins_exchange)
+        self.unconfirmed.is_empty() && self.script.front().is_none_or(Action::begins_exchange)
     }
 
     fn next_step(&mut self, now_us: u64) {
@@ -396,10 +405,6 @@ impl Master {
                     self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
                 }
                 self.script.extend(script::buffer(buffer, at));
-            }
-            None if !self.last_pings_sent && self.buffers_done > 0 => {
-                self.last_pings_sent = true;
-                self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
             }
             None => self.end(End::Done),
         }
@@ -420,11 +425,11 @@ impl Master {
     }
 
     fn announce(&mut self, action: &Action) {
-        if let Action::Ask(Ask { axis, question: Question::FillCommand { buffer, .. }, .. }) =
+        if let Action::Ask(Ask { unit, question: Question::FillCommand { buffer, .. }, .. }) =
             action
         {
             self.progress.buffer = *buffer;
-            self.events.push_back(MasterEvent::Filling { buffer: *buffer, axis: *axis });
+            self.events.push_back(MasterEvent::Filling { buffer: *buffer, unit: *unit });
         }
     }
 
@@ -448,10 +453,18 @@ impl Master {
         self.wire_free_ns.div_ceil(1000)
     }
 
-    /// One piece may wait while another is on the wire.
+    /// A frame waits for the wire: its answer's time counts from then on. Within long ones one
+    /// piece may wait while another is on the wire.
     fn send_from_us(&self) -> u64 {
         let piece_us = self.timing.byte_ns * PIECE_BYTES as u64 / 1000;
-        self.quiet_until_us.max(self.wire_free_us().saturating_sub(piece_us))
+        let from_us = match &self.state {
+            State::Sending { action, sent } if action.is_last_of_data(*sent) => {
+                self.wire_free_us() + u64::from(LISTEN_US)
+            }
+            State::Sending { sent: 1.., .. } => self.wire_free_us().saturating_sub(piece_us),
+            _ => self.wire_free_us(),
+        };
+        self.quiet_until_us.max(from_us)
     }
 
     /// A node pauses from its answer's start bit on; part of that has passed on the wire (H10).
@@ -460,16 +473,17 @@ impl Master {
         self.quiet_until_us = now_us + rest_us;
     }
 
-    /// Before all bytes can have left the wire: its clock may be 3 % fast.
-    fn is_early(&self, now_us: u64, sent: usize) -> bool {
-        let tolerance_us = self.timing.byte_us() * (2 + sent as u64 / 32);
-        now_us + tolerance_us < self.wire_free_us()
+    /// Before all bytes can have left the wire. The last two may have come in no time: a
+    /// pseudo-terminal has no wire.
+    fn is_early(&self, now_us: u64) -> bool {
+        now_us + 2 * self.timing.byte_us() < self.wire_free_us()
     }
 
     /// Stops after a fault, with nothing more sent than the script still holds.
     fn fail(&mut self, fault: Fault) {
         self.doubt_sent_tick();
         self.script.clear();
+        self.script.extend(self.left_open());
         self.fault.get_or_insert(fault);
         self.state = State::Next;
     }
@@ -478,11 +492,12 @@ impl Master {
         if let State::Ended = self.state {
             return;
         }
-        let power_cycle = self.power_cycle || !self.full.is_empty();
-        let position = |axis| match (self.doubtful.contains(axis), power_cycle) {
-            (true, _) => Position::Unknown,
-            (false, true) => Position::KnownUntilPowerOff,
-            (false, false) => Position::Known,
+        let power_cycle = self.power_cycle || self.any_full || !self.unconfirmed.is_empty();
+        let position = |axis| match power_cycle {
+            _ if self.doubtful.contains(axis) => Position::Unknown,
+            _ if self.unconfirmed.contains(axis) => Position::Unconfirmed,
+            true => Position::KnownUntilPowerOff,
+            false => Position::Known,
         };
         let axis_end = |(axis, steps_per_mm): &(Axis, f64)| {
             let steps = self.position[*axis];

@@ -8,7 +8,7 @@
 
 use crate::base::{Axis, AxisSet, EventKind};
 use crate::wire::frame;
-use crate::wire::job::{Buffer, Fill, Step};
+use crate::wire::job::{Buffer, Step};
 use crate::wire::report::{During, Fault};
 
 use super::{Hold, Master, MasterEvent, State, dwell_us};
@@ -28,6 +28,8 @@ pub(super) struct Run {
     /// What the next sync byte's lateness is measured from; none where only answers set the pace.
     scheduled_us: Option<u64>,
     deadline_us: Option<u64>,
+    /// When the last answer came; before it, when the nodes were started.
+    answered_us: u64,
     /// The next sync byte waits for the end of a dwell.
     dwells: bool,
 }
@@ -61,6 +63,10 @@ impl Master {
     pub(super) fn start_run(&mut self, now_us: u64, step: usize) {
         if let Some(Step::Buffer(buffer)) = self.job.steps.get(step) {
             self.progress.buffer = buffer.number;
+            let servants = buffer.fills.iter().filter(|fill| !fill.master);
+            servants
+                .filter_map(|fill| fill.unit.axis)
+                .for_each(|axis| self.unconfirmed.insert(axis));
             self.events.push_back(MasterEvent::Started { buffer: buffer.number });
         }
         // The start pair leaves the wire before the first tick is timed.
@@ -73,6 +79,7 @@ impl Master {
             due_us,
             scheduled_us: None,
             deadline_us: None,
+            answered_us: due_us,
             dwells: false,
         });
     }
@@ -88,6 +95,14 @@ impl Master {
         }
         if self.hold != Hold::No && sent < ticks && self.may_hold(buffer, sent) {
             let line = buffer.lines.get(sent).copied().unwrap_or(0);
+            // A sync byte too many shows in an answer too many.
+            let silent_us = run.answered_us + self.sync_wait_us();
+            if now_us < silent_us {
+                if let State::Running(run) = &mut self.state {
+                    run.due_us = silent_us;
+                }
+                return None;
+            }
             self.events.push_back(MasterEvent::Held { line });
             let run = std::mem::replace(&mut self.state, State::Ended);
             if let State::Running(run) = run {
@@ -153,10 +168,8 @@ impl Master {
     /// The pairs of idle nodes stay in phase only after an even number of sync bytes.
     fn may_hold(&self, buffer: &Buffer, sent: usize) -> bool {
         let slow = |tick: usize| {
-            buffer
-                .fills
-                .iter()
-                .all(|fill| buffer.count(fill, tick).unsigned_abs() <= self.slow_steps[fill.axis])
+            let counts = buffer.counts(tick);
+            Axis::ALL.iter().all(|axis| counts[*axis].unsigned_abs() <= self.slow_steps[*axis])
         };
         let slow_here = sent.checked_sub(1).is_none_or(slow) && slow(sent);
         sent.is_multiple_of(2) && (self.hold == Hold::Now || slow_here)
@@ -171,13 +184,12 @@ impl Master {
         let Some(master) = buffer.master() else { return };
         if !run.waits() {
             // Who has made the master answer again may have made every node step again.
-            let axes: Vec<Axis> = buffer.fills.iter().map(|fill| fill.axis).collect();
+            let axes: Vec<Axis> = buffer.fills.iter().filter_map(|fill| fill.unit.axis).collect();
             axes.into_iter().for_each(|axis| self.doubtful.insert(axis));
             return self.fail(Fault::Unexpected { got: byte });
         }
-        if byte != master.id {
-            let (axis, id) = (master.axis, master.id);
-            return self.fail(Fault::WrongAnswer { axis, id, got: byte, during });
+        if byte != master.unit.id {
+            return self.fail(Fault::WrongAnswer { unit: master.unit, got: byte, during });
         }
         let (tick, ticks, entries) = (run.sent - 1, buffer.lines.len(), master.bytes.len());
         if tick < ticks {
@@ -191,13 +203,14 @@ impl Master {
         self.quiet(now_us);
         if tick + 1 == entries {
             self.buffers_done += 1;
-            self.full = AxisSet::EMPTY;
+            self.any_full = false;
             self.state = State::Next;
             return;
         }
         let (quiet_us, period_us) = (self.quiet_until_us, self.timing.tick_us);
         let State::Running(run) = &mut self.state else { return };
         run.deadline_us = None;
+        run.answered_us = now_us;
         run.scheduled_us = (tick < ticks).then_some(run.sent_us + period_us);
         run.due_us = run.scheduled_us.unwrap_or(0).max(quiet_us);
     }
@@ -206,7 +219,7 @@ impl Master {
         let during = self.tick();
         let (_, Some(Step::Buffer(buffer))) = self.run_and_buffer() else { return };
         let Some(master) = buffer.master() else { return };
-        self.fail(Fault::NoAnswer { axis: master.axis, id: master.id, during });
+        self.fail(Fault::NoAnswer { unit: master.unit, during });
     }
 
     /// A tick that has been sent and not acknowledged leaves the axes that it moves in doubt.
@@ -217,9 +230,9 @@ impl Master {
             return;
         };
         if let Some(tick) = run.sent.checked_sub(1).filter(|_| run.waits()) {
-            let moved = |fill: &&Fill| buffer.count(fill, tick) != 0;
-            let moved: Vec<_> = buffer.fills.iter().filter(moved).map(|fill| fill.axis).collect();
-            moved.into_iter().for_each(|axis| self.doubtful.insert(axis));
+            let counts = buffer.counts(tick);
+            let moved: AxisSet = Axis::ALL.into_iter().filter(|axis| counts[*axis] != 0).collect();
+            self.doubtful = self.doubtful.union(moved);
         }
     }
 

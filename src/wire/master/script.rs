@@ -1,6 +1,6 @@
 //! Small exchanges that the master strings together, and what it does when one goes wrong (H7).
 
-use crate::base::Axis;
+use crate::base::machine::Unit;
 use crate::wire::frame;
 use crate::wire::job::Buffer;
 use crate::wire::report::{During, Fault};
@@ -23,8 +23,7 @@ pub(super) enum Action {
 /// Bytes that a node answers with its ID.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Ask {
-    pub axis: Axis,
-    pub id: u8,
+    pub unit: Unit,
     pub bytes: Vec<u8>,
     pub question: Question,
 }
@@ -71,6 +70,17 @@ impl Action {
         }
     }
 
+    /// Whether a node takes the bytes as its buffer.
+    pub(super) fn is_data(&self) -> bool {
+        let Action::Ask(ask) = self else { return false };
+        matches!(ask.question, Question::FillData { .. } | Question::Drain { .. })
+    }
+
+    /// Whether all but one byte of a node's buffer have been sent.
+    pub(super) fn is_last_of_data(&self, sent: usize) -> bool {
+        self.is_data() && sent > 0 && sent + 1 == self.bytes().len()
+    }
+
     /// Whether nothing of an exchange before it is open.
     pub(super) fn begins_exchange(&self) -> bool {
         match self {
@@ -86,27 +96,31 @@ impl Action {
     }
 }
 
-/// Asks a node whether it is there.
-pub(super) fn ping((axis, id): (Axis, u8)) -> [Action; 3] {
-    let [question, parameters, stop] = frame::ping(id);
-    let ask = Ask { axis, id, bytes: question.to_vec(), question: Question::Ping };
-    [Action::Ask(ask), Action::Say(parameters.to_vec()), Action::Say(stop.to_vec())]
+/// Asks a node whether it is there, idle and in phase.
+pub(super) fn ping(unit: Unit) -> [Action; 2] {
+    let [question, rest @ ..] = frame::ping(unit.id);
+    let ask = Ask { unit, bytes: question.to_vec(), question: Question::Ping };
+    [Action::Ask(ask), Action::Say(rest.concat())]
 }
 
-/// All that a buffer takes.
+/// All that a buffer takes. A node that has taken a byte too many or too few shows it in the ping
+/// before the start, when nothing has moved yet, or in the one after the buffer.
 pub(super) fn buffer(buffer: &Buffer, step: usize) -> Vec<Action> {
-    let mut actions = Vec::with_capacity(5 * buffer.fills.len() + 2);
+    let mut actions = Vec::with_capacity(8 * buffer.fills.len() + 2);
     let number = buffer.number;
     for fill in &buffer.fills {
-        let (axis, id) = (fill.axis, fill.id);
-        actions.extend(ping((axis, id)));
-        let command = frame::fill(id, fill.master).to_vec();
+        let unit = fill.unit;
+        actions.extend(ping(unit));
+        let bytes = frame::fill(unit.id, fill.master).to_vec();
         let question = Question::FillCommand { buffer: number, last_try: false };
-        actions.push(Action::Ask(Ask { axis, id, bytes: command, question }));
+        actions.push(Action::Ask(Ask { unit, bytes, question }));
         let question = Question::FillData { buffer: number };
-        actions.push(Action::Ask(Ask { axis, id, bytes: fill.bytes.clone(), question }));
+        actions.push(Action::Ask(Ask { unit, bytes: fill.bytes.clone(), question }));
     }
+    let pings = || buffer.fills.iter().flat_map(|fill| ping(fill.unit));
+    actions.extend(pings());
     actions.extend([Action::Start, Action::Run { step }]);
+    actions.extend(pings());
     actions
 }
 
@@ -115,16 +129,21 @@ impl Master {
     pub(super) fn answered(&mut self, ask: Ask) {
         self.state = super::State::Next;
         match ask.question {
-            Question::Ping | Question::FillCommand { .. } => {}
-            Question::FillData { .. } => self.full.insert(ask.axis),
+            Question::Ping => {
+                if let Some(axis) = ask.unit.axis {
+                    self.unconfirmed.remove(axis);
+                }
+            }
+            Question::FillCommand { .. } => {}
+            Question::FillData { .. } => self.any_full = true,
             // It had been out of phase, and takes what follows as its buffer.
             Question::Pad { during } => {
-                let Ask { axis, id, .. } = ask;
+                let unit = ask.unit;
                 let bytes = vec![0; self.entries()];
                 let question = Question::Drain { during };
                 self.power_cycle = true;
-                self.fail(Fault::NoAnswer { axis, id, during });
-                self.script.push_back(Action::Ask(Ask { axis, id, bytes, question }));
+                self.fail(Fault::NoAnswer { unit, during });
+                self.script.push_back(Action::Ask(Ask { unit, bytes, question }));
             }
             Question::Drain { .. } => {}
         }
@@ -134,11 +153,12 @@ impl Master {
     pub(super) fn no_answer(&mut self, ask: Ask) {
         self.state = super::State::Next;
         let during = ask.question.during();
-        let fault = Fault::NoAnswer { axis: ask.axis, id: ask.id, during };
+        let fault = Fault::NoAnswer { unit: ask.unit, during };
         let question = Question::Pad { during };
         let pad = Action::Ask(Ask { bytes: vec![frame::SYNC], question, ..ask.clone() });
         match ask.question {
             Question::Ping => {
+                self.doubt(ask.unit);
                 self.fail(fault);
                 self.script.push_back(pad);
             }
@@ -156,11 +176,10 @@ impl Master {
                 self.power_cycle = true;
                 self.fail(fault);
             }
+            // If all that was lost is the answer to a ping, a jog waits for its parameters.
             Question::Pad { .. } => {
-                if self.fault.is_some() {
-                    self.script.push_front(Action::Say(STOP.to_vec()));
-                }
-                self.script.push_front(Action::Say(vec![frame::SYNC]));
+                let rest = if self.fault.is_some() { &END_PING[1..] } else { &[frame::SYNC] };
+                self.script.push_front(Action::Say(rest.to_vec()));
             }
         }
     }
@@ -169,20 +188,38 @@ impl Master {
     pub(super) fn wrong_answer(&mut self, ask: Ask, got: u8) {
         let during = ask.question.during();
         self.power_cycle |= during != During::Ping;
-        self.fail(Fault::WrongAnswer { axis: ask.axis, id: ask.id, got, during });
-        if during == During::Ping {
-            // Whoever answered waits for a jog's parameters: a feed of 0, then the end.
-            self.script.extend([Action::Say(vec![0, 0]), Action::Say(STOP.to_vec())]);
+        if ask.question == Question::Ping {
+            self.doubt(ask.unit);
         }
+        self.fail(Fault::WrongAnswer { unit: ask.unit, got, during });
     }
 
     /// A byte has come before the question was out.
     pub(super) fn early(&mut self, ask: &Ask, got: u8) {
         self.power_cycle = true;
         self.fail(match ask.question {
-            Question::FillData { .. } => Fault::Early { axis: ask.axis, id: ask.id, got },
+            Question::FillData { .. } => Fault::Early { unit: ask.unit, got },
             _ => Fault::Unexpected { got },
         });
+    }
+
+    /// What a fault leaves open: whoever has heard a ping waits for a jog's parameters, and would
+    /// take the first bytes of the next job for them.
+    pub(super) fn left_open(&self) -> Option<Action> {
+        let open = match &self.state {
+            super::State::Waiting { ask, .. } => ask.question == Question::Ping,
+            super::State::Sending { action: Action::Say(_), .. } => true,
+            _ => false,
+        };
+        open.then(|| Action::Say(END_PING.to_vec()))
+    }
+
+    /// A node that does not answer a ping may be off, busy with a tick that others have done, or on
+    /// its way to the limit switch.
+    fn doubt(&mut self, unit: Unit) {
+        if let Some(axis) = unit.axis {
+            self.doubtful.insert(axis);
+        }
     }
 
     fn entries(&self) -> usize {
@@ -195,5 +232,9 @@ impl Master {
     }
 }
 
-/// Ends a jog; to everybody else a pair that means nothing.
-const STOP: [u8; 2] = [crate::wire::node::STOP; 2];
+/// Ends whatever a ping may have begun: a jog's parameters, a feed of 0 even if bytes are lost, and
+/// the jog. To everybody else pairs that mean nothing.
+const END_PING: [u8; 6] = {
+    let [first, second] = frame::END_JOG;
+    [0, 0, 0, 0, first, second]
+};

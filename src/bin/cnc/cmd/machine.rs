@@ -134,10 +134,19 @@ fn show_bus(out: &mut impl Write, machine: &Machine) -> io::Result<()> {
     let nodes: Vec<_> = bus.nodes.iter().map(|(axis, id)| format!("{axis}={id}")).collect();
     let master = match bus.master {
         Master::Auto => "the axis that moves most".to_owned(),
+        Master::Rotate => "the axes that move, in turn".to_owned(),
         Master::Axis(axis) => axis.to_string(),
+        Master::Metronome => "the metronome".to_owned(),
     };
     writeln!(out, "bus             buffered, {} baud, {} ticks", bus.baud, bus.buffer_ticks)?;
     writeln!(out, "nodes           {} (host {})", nodes.join(" "), bus.host_id)?;
+    if let Some(id) = bus.metronome_id {
+        writeln!(out, "metronome       {id}")?;
+    }
+    if !bus.spare_ids.is_empty() {
+        let ids: Vec<_> = bus.spare_ids.iter().map(u8::to_string).collect();
+        writeln!(out, "spare nodes     {}", ids.join(" "))?;
+    }
     writeln!(out, "master          {master}")
 }
 

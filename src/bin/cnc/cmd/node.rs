@@ -4,11 +4,15 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
+use cnc::base::machine::Unit;
 use cnc::base::{Axis, AxisSet, Machine};
-use cnc::wire::{ANSWER_PAUSE_US, Entry, ExecutedTick, Happening, Nodes};
+use cnc::wire::{
+    ANSWER_PAUSE_US, Entry, ExecutedTick, FaultSpec, Faults, Happening, Nodes, Struck,
+};
 use cnc::wire_io::{Pty, Serving, Speed, serve};
 use serde_json::json;
 
+use super::send::sim;
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
 use crate::input;
@@ -27,9 +31,10 @@ pub struct Args {
     /// Make a symbolic link to the pseudo-terminal
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Nodes by axis and ID, as X=122,Y=123; the machine's by default
-    #[arg(long, value_name = "AXIS=ID,…", value_delimiter = ',', value_parser = unit)]
-    units: Vec<(Axis, u8)>,
+    /// Nodes by axis and ID, as X=122,Y=123, or by ID alone where there is no axis; the machine's by
+    /// default
+    #[arg(long, value_name = "[AXIS=]ID,…", value_delimiter = ',', value_parser = unit)]
+    units: Vec<Unit>,
     /// Bits a second on the wire; the machine's by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=10_000_000))]
     baud: Option<u32>,
@@ -42,15 +47,26 @@ pub struct Args {
     /// End when the host has closed the port
     #[arg(long)]
     once: bool,
+    /// Something to go wrong, as drop:Y@data.17 (docs/bus.md); may be given again
+    #[arg(long, value_name = "SPEC")]
+    fault: Vec<FaultSpec>,
+    /// Draw a fault from this seed
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
 }
 
-fn unit(text: &str) -> Result<(Axis, u8), String> {
+fn unit(text: &str) -> Result<Unit, String> {
     let expected = || format!("'{text}' is no node; expected one like X=122, IDs from 120 to 135");
-    let (axis, id) = text.trim().split_once('=').ok_or_else(expected)?;
-    let [letter] = axis.as_bytes() else { return Err(expected()) };
-    let axis = Axis::from_letter(letter.to_ascii_uppercase()).ok_or_else(expected)?;
+    let axis = |text: &str| match text.as_bytes() {
+        [letter] => Axis::from_letter(letter.to_ascii_uppercase()).ok_or_else(expected),
+        _ => Err(expected()),
+    };
+    let (axis, id) = match text.trim().split_once('=') {
+        Some((letter, id)) => (Some(axis(letter)?), id),
+        None => (None, text.trim()),
+    };
     let id = id.parse().ok().filter(|id| (120..=135).contains(id)).ok_or_else(expected)?;
-    Ok((axis, id))
+    Ok(Unit { axis, id })
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
@@ -58,13 +74,20 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let executed_file = args.executed.as_deref().map(WholeFile::create).transpose()?;
     machine.bus.baud = args.baud.unwrap_or(machine.bus.baud);
     let units = units(args, &machine)?;
+    let faults = sim::faults(&units, &machine, &args.fault, args.seed, None)?;
     let interrupts = Interrupts::watch()?;
     let late_us = match args.speed {
         Speed::Times(factor) => (READ_LATE_US * factor) as u64,
         Speed::Max => 0,
     };
     let start = machine.nearest_steps(&machine.work_zero_mm);
-    let mut nodes = Nodes::new(&machine, units, &start, ANSWER_PAUSE_US + late_us);
+    if !faults.is_empty() && !global.quiet {
+        let list: Vec<_> = faults.iter().map(ToString::to_string).collect();
+        say!("faults to come: {}", list.join(" "));
+    }
+    let faults = Faults::new(faults, machine.bus.buffer_ticks, machine.bus.metronome_id);
+    let nodes = Nodes::new(&machine, units, &start, ANSWER_PAUSE_US + late_us);
+    let mut nodes = nodes.with_faults(faults);
     let mut pty = Pty::open(args.link.as_deref()).with_context(|| match &args.link {
         Some(link) => format!("no pseudo-terminal with the link {}", link.display()),
         None => "no pseudo-terminal".to_owned(),
@@ -75,9 +98,18 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         hazards += u64::from(entry.hazard.is_some());
         log(entry, global);
     };
+    let mut struck = |Struck { at_us, fault, phase }: &Struck| {
+        let (at_s, phase) = (*at_us as f64 * 1e-6, phase.name());
+        say!("fault {fault} struck at {at_s:.6} s, in the phase {phase}");
+    };
     let stopped = || interrupts.count() > 0;
-    let serving =
-        Serving { speed: args.speed, once: args.once, entry: &mut entry, stopped: &stopped };
+    let serving = Serving {
+        speed: args.speed,
+        once: args.once,
+        entry: &mut entry,
+        struck: &mut struck,
+        stopped: &stopped,
+    };
     serve(&mut pty, &mut nodes, serving).context("pseudo-terminal")?;
     let executed = nodes.executed();
     if let Some(file) = executed_file {
@@ -87,19 +119,17 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     Ok(Exit::Ok)
 }
 
-fn units(args: &Args, machine: &Machine) -> anyhow::Result<Vec<(Axis, u8)>> {
-    let units = if args.units.is_empty() {
-        machine.bus.nodes.iter().map(|(axis, id)| (*axis, *id)).collect()
-    } else {
-        args.units.clone()
-    };
+fn units(args: &Args, machine: &Machine) -> anyhow::Result<Vec<Unit>> {
+    let units: Vec<Unit> =
+        if args.units.is_empty() { machine.bus.units().collect() } else { args.units.clone() };
     if units.is_empty() {
         return Err(anyhow!("machine {machine} has no nodes; name some with --units X=122,Y=123"));
     }
-    for (at, (axis, id)) in units.iter().enumerate() {
-        let twin = |(other, other_id): &(Axis, u8)| other == axis || other_id == id;
+    for (at, unit) in units.iter().enumerate() {
+        let twin =
+            |other: &Unit| other.id == unit.id || (other.axis.is_some() && other.axis == unit.axis);
         if units.iter().take(at).any(twin) {
-            return Err(anyhow!("--units: axis {axis} or node {id} is there twice"));
+            return Err(anyhow!("--units: {unit}: this ID or axis is there twice"));
         }
     }
     Ok(units)
@@ -132,10 +162,10 @@ fn log(entry: &Entry, global: &Global) {
         }
         Happening::Overrun => "was sent more bytes than its receiver keeps".to_owned(),
     };
-    let (at_s, axis) = (entry.at_us as f64 * 1e-6, entry.axis);
+    let (at_s, unit) = (entry.at_us as f64 * 1e-6, entry.unit);
     match entry.hazard {
-        Some(hazard) => say!("hazard at {at_s:.6} s: node {axis} {what}: it {hazard}"),
-        None if global.verbose => say!("{at_s:.6} s: node {axis} {what}"),
+        Some(hazard) => say!("hazard at {at_s:.6} s: {unit} {what}: it {hazard}"),
+        None if global.verbose => say!("{at_s:.6} s: {unit} {what}"),
         None => {}
     }
 }
@@ -148,7 +178,8 @@ fn write_executed(
     executed: &[ExecutedTick],
 ) -> std::io::Result<()> {
     let machine_axes = machine.axes.iter().map(|profile| profile.axis);
-    let axes: AxisSet = nodes.iter().map(|(axis, _)| axis).chain(machine_axes).collect();
+    let axes: AxisSet =
+        nodes.iter().filter_map(|(unit, _)| unit.axis).chain(machine_axes).collect();
     let names: Vec<String> = axes.iter().map(|axis| axis.to_string()).collect();
     writeln!(out, "tick,buffer,{}", names.join(","))?;
     for (tick, row) in executed.iter().enumerate() {
@@ -169,13 +200,14 @@ fn summary(
     if global.json {
         let axes: serde_json::Map<_, _> = nodes
             .iter()
-            .map(|(axis, node)| {
+            .map(|(unit, node)| {
                 let state = json!({
                     "id": node.id(),
                     "steps": node.position_steps(),
                     "full": node.is_full(),
                 });
-                (axis.to_string(), state)
+                let name = unit.axis.map_or(unit.id.to_string(), |axis| axis.to_string());
+                (name, state)
             })
             .collect();
         let ticks = executed.len();
@@ -186,9 +218,9 @@ fn summary(
     }
     if !global.quiet {
         say!("{} ticks executed in {buffers} buffers, {hazards} hazards", executed.len());
-        for (axis, node) in nodes.iter() {
+        for (unit, node) in nodes.iter() {
             let full = if node.is_full() { ", holds a buffer" } else { "" };
-            say!("{axis}: node {} at step {}{full}", node.id(), node.position_steps());
+            say!("{unit} at step {}{full}", node.position_steps());
         }
     }
     Ok(())

@@ -2,22 +2,25 @@
 
 mod operator;
 mod result;
+pub mod sim;
 
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::path::PathBuf;
 
 use anyhow::anyhow;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
 use cnc::interp::RunError;
 use cnc::plan::Feed;
 use cnc::step::Summary;
-use cnc::wire::{self, ANSWER_PAUSE_US, End, Ending, Job, JobError, Master, Nodes, Timing};
+use cnc::wire::{
+    self, ANSWER_PAUSE_US, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes, Timing,
+};
 use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
 use cnc::{tape, verify};
 
 use self::operator::Terminal;
 use self::result::{Report, Simulated};
+use self::sim::Simulation;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
@@ -31,7 +34,8 @@ use crate::progress::Bar;
 /// stop without a ramp, or at the end of the buffer; a second one does not wait for that.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program
+    /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program;
+    /// sim:seed=N and sim:faults=SPEC+… have faults (docs/bus.md)
     #[arg(value_name = "PORT")]
     port: PathBuf,
     /// NC program or command dump; - is standard input
@@ -52,9 +56,6 @@ pub struct Args {
     #[command(flatten)]
     motion: MotionArgs,
 }
-
-/// The port that stands for nodes within this program.
-const SIMULATED: &str = "sim:";
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = input::source(&args.file)?;
@@ -85,13 +86,15 @@ fn run_job(
     job: Job,
     program: Option<&Program>,
 ) -> Outcome {
-    wire::lint(&job, machine).or_bad_input()?;
+    let proof = wire::lint(&job, machine).or_bad_input()?;
+    let simulation = Simulation::of_port(&args.port)?;
+    let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let report = Report { machine, global };
     report.job(&job);
     let interrupts = Interrupts::watch()?;
     let operator = Terminal::new(args.ignore_stops, global, interrupts);
     if args.dry_run {
-        report.dry_run(&job)?;
+        report.dry_run(&job, &proof)?;
         return Ok(Exit::Ok);
     }
     operator.check_stops(&job).or_bad_input()?;
@@ -99,10 +102,9 @@ fn run_job(
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
-    if args.port == Path::new(SIMULATED) {
-        simulate(&report, job, operator, program)
-    } else {
-        send(args, &report, job, operator)
+    match faults {
+        Some(faults) => simulate(&report, job, operator, faults, program),
+        None => send(args, &report, job, operator),
     }
 }
 
@@ -154,8 +156,8 @@ fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
 
 /// Real nodes keep their own time.
 fn check_speed(args: &Args) -> anyhow::Result<()> {
-    let simulated = args.port == Path::new(SIMULATED) || wire_io::is_pseudo_terminal(&args.port);
-    if args.speed.is_some() && args.port.exists() && !simulated {
+    let is_virtual = wire_io::is_pseudo_terminal(&args.port);
+    if args.speed.is_some() && args.port.exists() && !is_virtual {
         let port = args.port.display();
         return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));
     }
@@ -166,17 +168,24 @@ fn simulate(
     report: &Report<'_>,
     job: Job,
     mut operator: Terminal,
+    faults: Vec<FaultSpec>,
     program: Option<&Program>,
 ) -> Outcome {
     let machine = report.machine;
-    let units = job_units(machine);
-    let nodes = Nodes::new(machine, units, &job.start_steps, ANSWER_PAUSE_US);
-    let mut link = Sim::new(nodes);
+    let bus = &machine.bus;
+    report.faults(&faults);
+    let nodes = Nodes::new(machine, bus.units(), &job.start_steps, ANSWER_PAUSE_US);
+    let asked = faults.len();
+    let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
+    let mut link = Sim::new(nodes.with_faults(faults));
     let (job, ending) = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator);
+    let nodes = link.nodes_mut();
+    let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
+    report.struck(&struck, asked);
     let mut hazards = 0;
-    while let Some(entry) = link.nodes_mut().poll_log() {
+    while let Some(entry) = nodes.poll_log() {
         if let Some(hazard) = entry.hazard {
-            say!("hazard at node {}: it {hazard}", entry.axis);
+            say!("hazard at {}: it {hazard}", entry.unit);
             hazards += 1;
         }
     }
@@ -187,7 +196,7 @@ fn simulate(
         }
         _ => None,
     };
-    report.simulated(&job, &ending, Simulated { difference, hazards, contour })
+    report.simulated(&job, &ending, Simulated { difference, hazards, contour, struck })
 }
 
 /// Holds the plan, which the nodes have executed tick by tick, against the program's path.
@@ -216,14 +225,9 @@ fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> O
              /sys/bus/usb-serial/devices/*/latency_timer"
         ));
     }
-    let reply_timeout = Duration::from_millis(machine.bus.reply_timeout_ms.into());
-    let mut link = Paced::new(port, speed, reply_timeout);
+    let mut link = Paced::new(port, speed);
     let (_, ending) = stream(&mut link, machine, job, speed, &mut operator);
     report.ending(&ending)
-}
-
-fn job_units(machine: &Machine) -> Vec<(cnc::base::Axis, u8)> {
-    machine.bus.nodes.iter().map(|(axis, id)| (*axis, *id)).collect()
 }
 
 fn stream(

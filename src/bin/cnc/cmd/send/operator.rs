@@ -91,8 +91,8 @@ impl Operator for Terminal {
     fn event(&mut self, event: &MasterEvent) {
         match event {
             MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
-            MasterEvent::Filling { buffer, axis } if self.verbose => {
-                self.say(&format!("buffer {buffer}: node {axis} is filled"));
+            MasterEvent::Filling { buffer, unit } if self.verbose => {
+                self.say(&format!("buffer {buffer}: {unit} is filled"));
             }
             MasterEvent::Started { buffer } if self.verbose => {
                 self.say(&format!("buffer {buffer}: started"));

@@ -2,10 +2,11 @@
 
 use std::io::{self, Write};
 
+use cnc::base::machine::Unit;
 use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Event, EventKind, Machine};
 use cnc::verify::{self, Verdict};
-use cnc::wire::{End, Ending, Job, Position};
+use cnc::wire::{End, Ending, FaultSpec, Job, Position, Proof, Struck};
 use serde_json::{Map, Value, json};
 
 use crate::args::Global;
@@ -25,6 +26,8 @@ pub struct Simulated {
     pub hazards: u64,
     /// What was executed held against the program's path, if the program is at hand.
     pub contour: Option<verify::Report>,
+    /// Faults that have struck.
+    pub struck: Vec<Struck>,
 }
 
 impl Simulated {
@@ -40,8 +43,7 @@ impl Report<'_> {
         if self.global.quiet {
             return;
         }
-        let nodes: Vec<String> =
-            job.nodes.iter().map(|(axis, id)| format!("{axis} (node {id})")).collect();
+        let nodes: Vec<String> = job.nodes.iter().map(short_name).collect();
         say!("machine   {}", self.machine);
         say!(
             "moves     {}",
@@ -71,16 +73,56 @@ impl Report<'_> {
         }
     }
 
-    pub fn dry_run(&self, job: &Job) -> io::Result<()> {
+    /// What the nodes within this program will have to put up with.
+    pub fn faults(&self, faults: &[FaultSpec]) {
+        if !self.global.quiet && !faults.is_empty() {
+            say!("faults    {}", joined(faults, "+"));
+        }
+    }
+
+    /// What has become of that.
+    pub fn struck(&self, struck: &[Struck], asked: usize) {
+        if struck.len() < asked && !self.global.quiet {
+            say!("{} of {asked} faults struck before the job was over", struck.len());
+        }
+        for Struck { at_us, fault, phase } in struck.iter().filter(|_| !self.global.quiet) {
+            let (at_s, phase) = (*at_us as f64 * 1e-6, phase.name());
+            say!("fault {fault} struck at {at_s:.6} s, in the phase {phase}");
+        }
+    }
+
+    /// The proof that the job is safe for the bus, and nothing more.
+    pub fn dry_run(&self, job: &Job, proof: &Proof) -> io::Result<()> {
+        let Proof { buffers, bytes, pairs, avoided, nodes } = *proof;
         if self.global.json {
             let mut result = self.base("dry-run", job.ticks, job.buffers().count() as u64);
             let seconds = six_digits(job.duration_s(&self.machine.bus));
             result.insert("seconds".to_owned(), json!(seconds));
             let extents = extents(job).map(|(axis, range)| (axis.to_string(), json!(range)));
             result.insert("extents_mm".to_owned(), Value::Object(extents.collect()));
+            let proof = json!({
+                "buffers": buffers, "bytes": bytes, "pairs": pairs, "pairs_avoided": avoided,
+                "nodes": nodes,
+            });
+            result.insert("proof".to_owned(), proof);
             writeln!(io::stdout(), "{}", Value::Object(result))
         } else {
-            writeln!(io::stdout(), "safe for the bus; nothing was sent")
+            let mut out = io::stdout().lock();
+            writeln!(
+                out,
+                "proof     {buffers} buffers, {bytes} bytes in the order of filling, {nodes} nodes on the bus"
+            )?;
+            writeln!(
+                out,
+                "          {pairs} pairs looked at, none is a command to a node that it is not meant for"
+            )?;
+            if avoided > 0 {
+                writeln!(
+                    out,
+                    "          {avoided} pairs avoided: each begins with the ID of a node that is full by then"
+                )?;
+            }
+            writeln!(out, "safe for the bus; nothing was sent")
         }
     }
 
@@ -100,7 +142,7 @@ impl Report<'_> {
         if let Some(contour) = &found.contour {
             self.contour(contour);
         }
-        let exit = self.finish(ending, done.then_some(&found))?;
+        let exit = self.finish(ending, Some(&found))?;
         Ok(if exit == Exit::Ok && !found.is_right() { Exit::Bus } else { exit })
     }
 
@@ -116,7 +158,8 @@ impl Report<'_> {
         }
     }
 
-    fn finish(&self, ending: &Ending, found: Option<&Simulated>) -> Outcome {
+    fn finish(&self, ending: &Ending, simulated: Option<&Simulated>) -> Outcome {
+        let found = simulated.filter(|_| ending.end == End::Done);
         let (name, exit) = match &ending.end {
             End::Done => ("done", Exit::Ok),
             End::Interrupted => ("interrupted", Exit::Interrupted),
@@ -152,6 +195,10 @@ impl Report<'_> {
                 result.insert("hazards".to_owned(), json!(found.hazards));
                 result.insert("verify".to_owned(), json!(found.contour));
             }
+            if let Some(found) = simulated.filter(|found| !found.struck.is_empty()) {
+                let faults: Vec<_> = found.struck.iter().map(|at| at.fault.to_string()).collect();
+                result.insert("faults".to_owned(), json!(faults));
+            }
             result.insert("error".to_owned(), json!(fault));
             unless_unread(writeln!(io::stdout(), "{}", Value::Object(result)))?;
         } else {
@@ -174,6 +221,9 @@ impl Report<'_> {
             let state = match end.position {
                 Position::Known => "known",
                 Position::KnownUntilPowerOff => "known until its node is switched off",
+                Position::Unconfirmed => {
+                    "not confirmed: other nodes have acknowledged its ticks, its own could not be asked"
+                }
                 Position::Unknown => "unknown from here on: home it",
             };
             let unit = unit(end.axis);
@@ -200,6 +250,17 @@ impl Report<'_> {
 
 fn extents(job: &Job) -> impl Iterator<Item = (Axis, [f64; 2])> {
     Axis::ALL.into_iter().filter_map(|axis| Some((axis, job.extents_mm[axis]?)))
+}
+
+fn short_name(unit: &Unit) -> String {
+    match unit.axis {
+        Some(axis) => format!("{axis} (node {})", unit.id),
+        None => format!("node {} (no axis)", unit.id),
+    }
+}
+
+fn joined(items: &[impl ToString], separator: &str) -> String {
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join(separator)
 }
 
 fn unit(axis: Axis) -> &'static str {

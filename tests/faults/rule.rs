@@ -1,0 +1,302 @@
+//! Seed → a short job on virtual nodes with one fault, and the rule that it is held to: what was
+//! executed is a beginning of the plan with all axes in step and the host says where it ends, or the
+//! host says that the position is unknown; and nothing moves that was not planned.
+//!
+//! [`blind`] lists what the protocol hides from any host; docs/bus.md tells it in words.
+
+use std::collections::BTreeSet;
+
+use cnc::base::machine::{Master as MasterChoice, Unit};
+use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
+use cnc::wire::{
+    Activity, During, End, Ending, Entry, Fault, FaultKind, FaultSpec, Faults, Happening, Job,
+    Master, MasterEvent, Node, Nodes, Phase, Position, Random, Struck, Timing, Who, lint,
+};
+use cnc::wire_io::{Link, Operator, Sim, drive};
+
+/// A job that has run.
+pub struct Ran {
+    pub seed: u64,
+    pub job: Job,
+    pub faults: Vec<FaultSpec>,
+    pub struck: Vec<Struck>,
+    pub ending: Ending,
+    pub log: Vec<Entry>,
+    nodes: Vec<(Unit, Node)>,
+    difference: Option<(u64, u32)>,
+}
+
+/// Stops the job at a tick, if at all.
+struct Person {
+    stop_at: Option<u64>,
+    stopped: bool,
+}
+
+impl Operator for Person {
+    fn event(&mut self, _: &MasterEvent) {}
+    fn pause(&mut self, _: &Event) -> bool {
+        true
+    }
+    fn progress(&mut self, master: &Master) {
+        self.stopped |= self.stop_at.is_some_and(|ticks| master.progress().ticks >= ticks);
+    }
+    fn interrupts(&mut self) -> usize {
+        // Twice does not wait for a place to stop without a ramp.
+        2 * usize::from(self.stopped)
+    }
+}
+
+/// A machine with its nodes: three axes, sometimes IDs that occur in data, any kind of master.
+fn machine(random: &mut Random, entries: u32) -> Machine {
+    let mut machine = Machine::load("starmill").unwrap();
+    let bus = &mut machine.bus;
+    bus.buffer_ticks = entries;
+    let ids = [[122, 123, 124], [129, 123, 131], [121, 135, 130]];
+    let ids = ids[random.below(3) as usize];
+    bus.nodes = Axis::LINEAR.into_iter().zip(ids).collect();
+    bus.master = match random.below(6) {
+        0 => MasterChoice::Rotate,
+        1 => MasterChoice::Axis(Axis::Y),
+        2 => MasterChoice::Metronome,
+        _ => MasterChoice::Auto,
+    };
+    if bus.master == MasterChoice::Metronome {
+        bus.metronome_id = Some(126);
+    }
+    if random.below(4) == 0 {
+        bus.spare_ids = vec![133];
+    }
+    machine
+}
+
+/// Movements from rest to rest, one a buffer.
+fn commands(random: &mut Random, entries: u32) -> Vec<Command> {
+    let mut commands = Vec::new();
+    for buffer in 0..1 + random.below(3) as u32 {
+        let mut peak = [0_i32; 3];
+        for axis in &mut peak {
+            if random.below(2) == 0 {
+                *axis = random.below(15) as i32 - 7;
+            }
+        }
+        peak[random.below(3) as usize] = 1 + random.below(9) as i32;
+        let ticks = 6 + random.below(u64::from(entries) - 10) as i32;
+        for at in 0..ticks {
+            let limit = 1 + at.min(ticks - 1 - at);
+            let mut counts = AxisMap::default();
+            for (axis, peak) in Axis::LINEAR.into_iter().zip(peak) {
+                counts[axis] = peak.signum() * peak.abs().min(limit);
+            }
+            commands.push(Command::Tick(Tick { buffer, line: buffer + 1, counts }));
+        }
+    }
+    commands
+}
+
+/// Runs the job of a seed with its fault; every tenth seed has none, every eighth a person who stops.
+/// Every sixteenth has buffers so long that they are sent in pieces.
+pub fn run(seed: u64, entries: u32) -> Ran {
+    let entries = if seed % 16 == 3 { 10 * entries } else { entries };
+    let count = usize::from(!seed.is_multiple_of(10));
+    let fault = move |units: &[Unit]| Faults::draw(!seed, count, units, entries);
+    let stop = seed.is_multiple_of(8);
+    run_with(seed, entries, stop, fault)
+}
+
+/// Runs the job of a seed with these faults.
+pub fn run_with(
+    seed: u64,
+    entries: u32,
+    stop: bool,
+    faults: impl FnOnce(&[Unit]) -> Vec<FaultSpec>,
+) -> Ran {
+    let mut random = Random(seed);
+    let (machine, job) = loop {
+        let machine = machine(&mut random, entries);
+        let start = machine.nearest_steps(&machine.work_zero_mm);
+        // Some need an order of filling that there is not.
+        if let Ok(job) = Job::new(commands(&mut random, entries), start, &machine) {
+            break (machine, job);
+        }
+    };
+    lint(&job, &machine).unwrap();
+    let units: Vec<Unit> = machine.bus.units().collect();
+    let faults = faults(&units);
+    let stop_at = stop.then(|| random.below(2 * u64::from(entries)));
+    let injected = Faults::new(faults.clone(), entries, machine.bus.metronome_id);
+    let nodes = Nodes::new(&machine, units, &job.start_steps, 250).with_faults(injected);
+    let mut sim = Sim::new(nodes);
+    let mut master = Master::new(job.clone(), &machine, Timing::new(&machine.bus, 1.0));
+    let ending = drive(&mut sim, &mut master, &mut Person { stop_at, stopped: false });
+    sim.drain();
+    let nodes = sim.nodes_mut();
+    let struck = std::iter::from_fn(|| nodes.poll_struck()).collect();
+    let log = std::iter::from_fn(|| nodes.poll_log()).collect();
+    let difference = job.first_difference(&nodes.executed());
+    let nodes = nodes.iter().map(|(unit, node)| (unit, node.clone())).collect();
+    Ran { seed, job, faults, struck, ending, log, nodes, difference }
+}
+
+/// Nodes of which no host can know, since of these faults nothing comes back to it (H14):
+/// - a byte changed on its way to a node, but for a sync byte, or a start that all hear alike;
+/// - a byte added that is a command, or that shifts a ping's parameters;
+/// - a servant that starts anew while it holds a buffer.
+fn blind(ran: &Ran) -> BTreeSet<Unit> {
+    let mut blind = BTreeSet::new();
+    for Struck { at_us, fault, phase } in &ran.struck {
+        let hidden = match fault.kind {
+            FaultKind::Change(_) => match phase {
+                Phase::Ping | Phase::Command | Phase::Data => true,
+                Phase::Start => fault.who.is_some(),
+                Phase::Tick | Phase::Pad => false,
+            },
+            FaultKind::Add(byte) => match phase {
+                Phase::Ping => true,
+                Phase::Command | Phase::Data => matches!(byte, b'h' | b'j' | 120),
+                Phase::Start | Phase::Tick | Phase::Pad => false,
+            },
+            FaultKind::Reset => fault.who.is_some_and(|who| holds_buffer(ran, who, *at_us)),
+            _ => false,
+        };
+        let of = |unit: &Unit| fault.who.is_none_or(|who| who.is(*unit));
+        blind.extend(ran.nodes.iter().map(|(unit, _)| *unit).filter(|_| hidden).filter(of));
+    }
+    blind
+}
+
+/// Whether a node was full, or executed, as a servant.
+fn holds_buffer(ran: &Ran, who: Who, at_us: u64) -> bool {
+    let (mut servant, mut holds) = (false, false);
+    for entry in ran.log.iter().filter(|entry| who.is(entry.unit) && entry.at_us <= at_us) {
+        match entry.happening {
+            Happening::FillBegins { master } => servant = !master,
+            Happening::Filled => holds = true,
+            Happening::Finished => holds = false,
+            _ => {}
+        }
+    }
+    servant && holds
+}
+
+/// Holds a run against the rule.
+pub fn judge(ran: &Ran) -> Result<(), String> {
+    let blind = blind(ran);
+    if ran.struck.is_empty() && !matches!(ran.ending.end, End::Done | End::Interrupted) {
+        return Err("a job without a fault failed".to_owned());
+    }
+    for (unit, node) in &ran.nodes {
+        if !blind.contains(unit) {
+            nothing_unplanned(ran, *unit, node)?;
+        }
+    }
+    let planned = planned_position(ran);
+    for end in &ran.ending.axes {
+        if end.steps != planned[end.axis] {
+            return Err(format!("{} is said to be off the plan: {end:?}", end.axis));
+        }
+        let claimed = matches!(end.position, Position::Known | Position::KnownUntilPowerOff);
+        let (unit, node) = node_of(ran, end.axis);
+        if claimed && node.position_steps() != end.steps && !blind.contains(unit) {
+            let at = node.position_steps();
+            return Err(format!("{} is said to be known and stands at {at}: {end:?}", end.axis));
+        }
+        if ran.ending.end == End::Done && end.position != Position::Known {
+            return Err(format!("done, and not known: {end:?}"));
+        }
+    }
+    // A servant held up by less than its receiver keeps lags, and catches up.
+    let stalled = ran.struck.iter().any(|at| matches!(at.fault.kind, FaultKind::Stall(_)));
+    let in_step = blind.is_empty() && !stalled;
+    if ran.ending.end == End::Done && in_step && ran.difference.is_some() {
+        return Err(format!("done, and executed otherwise: {:?}", ran.difference));
+    }
+    Ok(())
+}
+
+fn node_of(ran: &Ran, axis: Axis) -> &(Unit, Node) {
+    ran.nodes.iter().find(|(unit, _)| unit.axis == Some(axis)).unwrap()
+}
+
+/// Every execution is a beginning of the buffer that was to be executed, and nothing else moved.
+fn nothing_unplanned(ran: &Ran, unit: Unit, node: &Node) -> Result<(), String> {
+    let fills = ran.job.buffers().flat_map(|buffer| &buffer.fills).filter(|fill| fill.unit == unit);
+    let mut fills = fills.map(|fill| &fill.bytes);
+    let mut steps = unit.axis.map_or(0, |axis| ran.job.start_steps[axis]);
+    for run in node.runs() {
+        if fills.next().is_none_or(|bytes| !bytes.starts_with(&run.bytes)) {
+            return Err(format!("{unit} executed what was not planned"));
+        }
+        steps +=
+            run.bytes.iter().map(|byte| i64::from(cnc::wire::codec::decode(*byte))).sum::<i64>();
+    }
+    let busy = matches!(node.activity(), Activity::Filling | Activity::Executing);
+    if ran.ending.end == End::Done && (fills.next().is_some() || node.is_full() || busy) {
+        return Err(format!("done, and {unit} is not"));
+    }
+    if steps != node.position_steps() {
+        let at = node.position_steps();
+        return Err(format!("{unit} stands at {at}, its buffers brought it to {steps}"));
+    }
+    Ok(())
+}
+
+/// Where the plan is after the ticks that were acknowledged.
+fn planned_position(ran: &Ran) -> AxisMap<i64> {
+    let mut position = ran.job.start_steps;
+    let ticks = ran
+        .job
+        .buffers()
+        .flat_map(|buffer| (0..buffer.lines.len()).map(move |tick| buffer.counts(tick)));
+    for counts in ticks.take(ran.ending.ticks as usize) {
+        Axis::ALL.iter().for_each(|axis| position[*axis] += i64::from(counts[*axis]));
+    }
+    position
+}
+
+/// Names of all that happened: faults and where, what the host found, what nodes did.
+pub fn seen(ran: &Ran) -> BTreeSet<String> {
+    let mut seen = BTreeSet::new();
+    for Struck { fault, phase, .. } in &ran.struck {
+        seen.insert(format!("{} at {}", fault.kind.name(), phase.name()));
+    }
+    for entry in &ran.log {
+        seen.insert(match entry.happening {
+            Happening::FillBegins { master } => format!("node: fill, master {master}"),
+            Happening::Jogs { feed } => format!("node: jog, ping {}", feed == 0),
+            Happening::Filled => "node: full".to_owned(),
+            Happening::Starts => "node: starts".to_owned(),
+            Happening::Finished => "node: finished".to_owned(),
+            Happening::Homes { .. } => "node: homes".to_owned(),
+            Happening::SyncWaited { .. } => "node: sync waited".to_owned(),
+            Happening::Overrun => "node: overrun".to_owned(),
+        });
+        seen.extend(entry.hazard.map(|hazard| format!("hazard: {hazard}")));
+    }
+    let during = |during: &During| match during {
+        During::Ping => "ping",
+        During::FillCommand { .. } => "command",
+        During::FillData { .. } => "data",
+        During::Tick { .. } => "tick",
+        During::Silence => "silence",
+    };
+    seen.insert(match &ran.ending.end {
+        End::Done => "host: done".to_owned(),
+        End::Interrupted => "host: interrupted".to_owned(),
+        End::Failed(Fault::NoAnswer { during: at, .. }) => {
+            format!("host: no answer to {}", during(at))
+        }
+        End::Failed(Fault::WrongAnswer { during: at, .. }) => {
+            format!("host: wrong answer to {}", during(at))
+        }
+        End::Failed(Fault::Early { .. }) => "host: early".to_owned(),
+        End::Failed(Fault::Unexpected { .. }) => "host: unexpected".to_owned(),
+        End::Failed(Fault::Port(_)) => "host: port".to_owned(),
+    });
+    for end in &ran.ending.axes {
+        let right = node_of(ran, end.axis).1.position_steps() == end.steps;
+        let is = if right { "right" } else { "wrong" };
+        seen.insert(format!("position: {}, and {is}", end.position.name()));
+    }
+    seen.insert(format!("power cycle: {}", ran.ending.power_cycle));
+    seen
+}
