@@ -1,11 +1,12 @@
 //! Tries programs that are made by changing those at hand at random, for so many seconds:
 //! `cargo run --release --example fuzz -- --seconds 600 --seed 1`. What does not hold is written to
-//! `fuzz/artifacts/`, and ends the run. Without coverage to guide it, it lives on good seeds: the
-//! samples, the corpus, and every code of the table.
+//! `fuzz/artifacts/`, and ends the run. So is, before it is tried, every program, into one file: where
+//! a run hangs or runs out of memory, that file holds the reason. Without coverage to guide it, it
+//! lives on good seeds: the samples, the corpus, and every code of the table.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::io::Write;
+use std::fs::{self, File};
+use std::io::{self, Seek, Write};
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,6 +19,9 @@ mod body;
 
 /// Longest program that is tried.
 const BYTES_MAX: usize = 4096;
+
+/// A program that takes longer than this does not hold.
+const SLOW: Duration = Duration::from_secs(20);
 
 /// Beside the codes: what else stands in programs.
 const TOKENS: &str = "GR100 GR O100 N10 O100|sub O100|endsub O100|call|[1]|[2] O100|if|[#1|EQ|1] O100|else \
@@ -52,7 +56,37 @@ impl Random {
     }
 }
 
-fn main() -> ExitCode {
+/// The file that holds the program under trial.
+struct Trial {
+    path: PathBuf,
+    file: File,
+}
+
+impl Trial {
+    fn new() -> io::Result<Trial> {
+        let folder = root().join("fuzz/artifacts");
+        fs::create_dir_all(&folder)?;
+        let path = folder.join(format!("trial-{}.nc", std::process::id()));
+        let file = File::create(&path)?;
+        Ok(Trial { path, file })
+    }
+
+    fn write(&mut self, program: &[u8]) -> io::Result<()> {
+        self.file.set_len(0)?;
+        self.file.rewind()?;
+        self.file.write_all(program)
+    }
+
+    /// Keeps the program for what does not hold.
+    fn keep(&self, why: &str) -> io::Result<()> {
+        let path = self.path.with_file_name(format!("{why}-{}.nc", std::process::id()));
+        fs::rename(&self.path, &path)?;
+        say(&format!("{why}: {}", path.display()));
+        Ok(())
+    }
+}
+
+fn main() -> io::Result<ExitCode> {
     let number = |name: &str, default: u64| {
         let mut words = std::env::args().skip_while(|word| word != name).skip(1);
         words.next().and_then(|word| word.parse().ok()).unwrap_or(default)
@@ -60,21 +94,26 @@ fn main() -> ExitCode {
     let (seconds, seed) = (number("--seconds", 60), number("--seed", 1));
     let (seeds, tokens) = (seeds(), tokens());
     let mut random = Random(seed);
+    let mut trial = Trial::new()?;
     let (begin, mut tried, mut slowest) = (Instant::now(), 0_u64, Duration::ZERO);
     while begin.elapsed() < Duration::from_secs(seconds) {
         let program = changed(&seeds, &tokens, &mut random);
+        trial.write(&program)?;
         let started = Instant::now();
         if panic::catch_unwind(AssertUnwindSafe(|| body::program(&program))).is_err() {
-            return kept("crash", &program);
+            trial.keep("crash")?;
+            return Ok(ExitCode::FAILURE);
         }
         tried += 1;
         slowest = slowest.max(started.elapsed());
-        if started.elapsed() > Duration::from_secs(20) {
-            return kept("slow", &program);
+        if started.elapsed() > SLOW {
+            trial.keep("slow")?;
+            return Ok(ExitCode::FAILURE);
         }
     }
+    fs::remove_file(&trial.path)?;
     say(&format!("{tried} programs in {seconds} s, seed {seed}; the slowest took {slowest:?}"));
-    ExitCode::SUCCESS
+    Ok(ExitCode::SUCCESS)
 }
 
 fn say(text: &str) {
@@ -86,18 +125,9 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Writes down a program for which something does not hold.
-fn kept(why: &str, program: &[u8]) -> ExitCode {
-    let file = root().join("fuzz/artifacts").join(format!("{why}-{}.nc", std::process::id()));
-    let written =
-        fs::create_dir_all(root().join("fuzz/artifacts")).and_then(|()| fs::write(&file, program));
-    say(&format!("{why}: {} ({written:?})", file.display()));
-    ExitCode::FAILURE
-}
-
 /// The samples and the corpus, as lines.
 fn seeds() -> Vec<Vec<Vec<u8>>> {
-    let folders = ["samples/good", "samples/bad", "fuzz/corpus/program"];
+    let folders = ["samples/good", "samples/bad", "samples/lathe", "fuzz/corpus/program"];
     let entries = folders.iter().flat_map(|folder| fs::read_dir(root().join(folder)));
     let files: BTreeSet<PathBuf> = entries.flatten().flatten().map(|entry| entry.path()).collect();
     // A million calls, in every dialect: nothing else would be tried.
@@ -135,9 +165,9 @@ fn changed(seeds: &[Vec<Vec<u8>>], tokens: &[String], random: &mut Random) -> Ve
             }
             3 => lines.insert(at, random.of(tokens).clone().into_bytes()),
             4 => {
-                let byte = random.next() as u8;
                 let within = random.below(lines[at].len() + 1);
-                lines[at].insert(within, byte);
+                let bytes = bytes(random);
+                lines[at].splice(within..within, bytes);
             }
             5 => {
                 let within = random.below(lines[at].len());
@@ -156,6 +186,17 @@ fn changed(seeds: &[Vec<Vec<u8>>], tokens: &[String], random: &mut Random) -> Ve
     let mut program = lines.join(&b'\n');
     program.truncate(BYTES_MAX);
     program
+}
+
+/// A few bytes of any kind, or of one kind: of no text, of UTF-8 cut off, of digits without end.
+fn bytes(random: &mut Random) -> Vec<u8> {
+    let count = 1 + random.below(4);
+    match random.below(4) {
+        0 => (0..count).map(|_| random.next() as u8).collect(),
+        1 => (0..count).map(|_| 0x80 | random.next() as u8).collect(),
+        2 => vec![b"0123456789.-"[random.below(12)]; 1 << random.below(9)],
+        _ => vec![b"\0\r\x1a\t\x7f\n()[]#%/;"[random.below(14)]; count],
+    }
 }
 
 /// Another digit for one of a line's.

@@ -169,9 +169,27 @@ fn subprograms_in_files_are_read_below_the_folders_given_and_nowhere_else() {
     fs::remove_file(own.join("deep.ngc")).unwrap();
     write(&other, "deep.ngc", "o<deep> sub\nX[1/0]\no<deep> endsub\n");
     let found = run(&[&own, &other]).diagnostics;
-    assert_eq!((found[0].file.as_deref(), &found[0].calls[..]), (Some("deep.ngc"), &[4][..]));
+    let calls: Vec<_> =
+        found[0].calls.iter().map(|call| (call.file.as_deref(), call.line)).collect();
+    assert_eq!((found[0].file.as_deref(), calls), (Some("deep.ngc"), vec![(None, 4)]));
+
+    // Calls in several files.
+    write(&other, "deep.ngc", "o<deep> sub\no<high> call\no<deep> endsub\n");
+    write(&other, "high.ngc", "o<high> sub\n\nX[1/0]\no<high> endsub\n");
+    let found = run(&[&own, &other]).diagnostics;
+    let calls: Vec<_> =
+        found[0].calls.iter().map(|call| (call.file.as_deref(), call.line)).collect();
+    assert_eq!((found[0].file.as_deref(), found[0].span.line), (Some("high.ngc"), 3));
+    assert_eq!(calls, [(None, 4), (Some("deep.ngc"), 2)]);
 
     // A file of that name with another subprogram.
+    write(&other, "O99.nc", "(part)\nO98\nX5\nM99\n");
+    let text = Source::memory("test.nc", b"M98 P99\nM30".as_slice());
+    let options = Options { folders: vec![other.clone()], ..options() };
+    let found = interp::check(&text, &Machine::load("ideal").unwrap(), &options, 9).unwrap();
+    let found = &found.diagnostics[0];
+    assert_eq!((found.rule, found.span.line), ("unknown-subprogram", 2));
+    assert_eq!(found.message, "this file holds O98, and no O99");
     write(&other, "deep.ngc", "o<low> sub\nX5\no<low> endsub\n");
     let found = run(&[&own, &other]).diagnostics;
     assert_eq!(found[0].message, "this file holds O<low>, and no O<deep>");
@@ -315,6 +333,44 @@ fn macro_b_reads_and_sets_the_control() {
         let checked = check_with(&format!("G0 X#{number}\nM30"), &options);
         assert_eq!(findings(&checked), ["bad-parameter 1:4"], "{number}");
     }
+}
+
+#[test]
+fn what_is_told_of_odd_lines() {
+    for (text, expected) in [
+        // Codes are taken as near as RS274/NGC takes them.
+        ("G0 X1\nM[30.00009]", &[][..]),
+        ("F1 G1.00009 X1\nM30", &[]),
+        ("G0 X1\nM[30.00011]\nM30", &["unknown-word 2:1"]),
+        ("G65.00001 P1 A2\nM30\nO1\nG0 X#1\nM99", &[]),
+        ("GOTO [0.1 * 3 * 10]\nX5\nN3 G0 X1\nM30", &[]),
+        // Every line that block delete leaves out is warned of.
+        ("/#1=5\nM30", &["block-delete 1:1"]),
+        ("/o1 if [1]\n/o1 endif\nG0 X1\nM30", &["block-delete 1:1"]),
+        ("/%\nG0 X1\nM30\n%", &["block-delete 1:1"]),
+        ("/ (nothing)\nG0 X1\nM30", &[]),
+        // Lengths that a cycle holds are of one unit.
+        ("G20\nF10\nG81 X.1 Z-.1 R.1\nX.2\nG21 X1\nM30", &["missing-word 5:1"]),
+        ("G20\nF10\nG81 X.1 Z-.1 R.1\nG21 X1 Z-1 R1\nX2\nM30", &[]),
+        ("F1 G38.2\nM30", &["missing-word 1:1"]),
+        ("G90.1 F1 G2 X2 I1\nM30", &["arc-center 1:1"]),
+        ("G0\nG80\n@10 ^30\nM30", &["no-motion-mode 3:1"]),
+        ("F1 G2 X1 I.5 P1.5\nM30", &["bad-value 1:14"]),
+        ("M19 R361\nM30", &["bad-value 1:5"]),
+        ("#[-1]=5\nM30", &["expression 1:1"]),
+        ("M98 P[10**200]\nM30", &["bad-number 1:5"]),
+        (
+            "X--1 Y99999999999 Z1.2.3 A-\nM30",
+            &["bad-number 1:1", "bad-number 1:6", "bad-number 1:19", "bad-number 1:26"],
+        ),
+        ("G0 X1\nM30\n\u{1a}\u{1a}", &[]),
+    ] {
+        assert_eq!(findings(&check_with(text, &options())), expected, "{text}");
+    }
+    let long = check_with("#1=[10**300]\nG4 P#1\nM30", &options());
+    assert_eq!(long.diagnostics[0].message, "1e300 is beyond 1000000000");
+    let names: String = (0..=100_000).map(|number| format!("#<a{number}>=1\n")).collect();
+    assert_eq!(findings(&check_with(&(names + "M30"), &options())), ["bad-parameter 100001:1"]);
 }
 
 #[test]

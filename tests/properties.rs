@@ -174,13 +174,30 @@ impl Writer {
             Part::Repeat(count, parts) if self.form.calls => {
                 self.count += 1;
                 let number = self.count;
-                self.line(&format!("M98 P{number} L{count}"));
                 let outside = std::mem::take(&mut self.text);
                 self.parts(parts);
                 let body = std::mem::replace(&mut self.text, outside);
-                self.subprograms += &format!("O{number}\n{body}M99\n");
+                self.repeat(number, *count, &body);
             }
             Part::Repeat(count, parts) => (0..*count).for_each(|_| self.parts(parts)),
+        }
+    }
+
+    /// A body that runs so often, in one of the ways to say so.
+    fn repeat(&mut self, number: u32, count: u8, body: &str) {
+        match number % 5 {
+            0 => self.line(&format!("o{number} repeat [{count}]\n{body}o{number} endrepeat")),
+            1 => {
+                (0..count).for_each(|_| self.line(&format!("o{number} call")));
+                self.subprograms += &format!("o{number} sub\n{body}o{number} endsub\n");
+                return;
+            }
+            2 => self.line(&format!("GR P{number} L{count}")),
+            3 => self.line(&format!("G65 P{number} L{count}")),
+            _ => self.line(&format!("M98 P{number} L{count}")),
+        }
+        if !number.is_multiple_of(5) {
+            self.subprograms += &format!("O{number}\n{body}M99\n");
         }
     }
 

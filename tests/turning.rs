@@ -54,6 +54,7 @@ fn lathe_programs_are_refused_at_the_right_word() {
             "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nG1 Z-5\nX3\nN2 X9 Z-9\nM30",
             &["contour 4:1"],
         ),
+        ("S9 M3 F.1\nG0 X9 Z1\nG70 P2 Q1\nN1 G0 X5\nN2 Z-5\nM30", &["unknown-label 3:1"]),
         (
             "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nM98 P3\nN2 X9 Z-9\nM30",
             &["contour 6:1"],

@@ -20,6 +20,15 @@ pub struct Span {
     pub end: u32,
 }
 
+/// Where a subprogram was called.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CallSite {
+    /// Physical line of the call, from 1.
+    pub line: u32,
+    /// The file, where it is not the one that was handed in.
+    pub file: Option<String>,
+}
+
 /// One thing that is wrong with a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
@@ -38,8 +47,8 @@ pub struct Diagnostic {
     pub message: String,
     /// What to write instead, where that can be known.
     pub help: Option<String>,
-    /// Lines of the calls that led here, outermost first: empty in the main program.
-    pub calls: Vec<u32>,
+    /// The calls that led here, outermost first: empty in the main program.
+    pub calls: Vec<CallSite>,
     /// The file, where it is not the one that was handed in: that of a subprogram.
     pub file: Option<String>,
 }

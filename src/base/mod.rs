@@ -13,7 +13,7 @@ pub mod spline;
 
 pub use axis::{Axis, AxisMap, AxisSet, Point};
 pub use command::{Command, Event, EventKind, EventWords, Tick};
-pub use diagnostic::{Diagnostic, Severity, Span};
+pub use diagnostic::{CallSite, Diagnostic, Severity, Span};
 pub use machine::Machine;
 pub use plane::Plane;
 pub use progress::Progress;

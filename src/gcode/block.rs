@@ -3,7 +3,8 @@
 use std::fmt;
 
 use super::control::{Assignment, Statement};
-use super::expr::{Formula, Step, written};
+use super::expr::{Formula, Step, value_written};
+use super::number::short;
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,10 +36,10 @@ pub fn letter_name(letter: u8) -> String {
     }
 }
 
-/// As in the program, in the shortest form that reads back as the same word.
+/// As people read it, for messages.
 impl fmt::Display for Word {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", letter_name(self.letter), self.value)
+        write!(f, "{}{}", letter_name(self.letter), short(self.value))
     }
 }
 
@@ -368,14 +369,14 @@ impl fmt::Display for Block {
         for (place, word) in self.words.iter().enumerate() {
             match self.values().iter().find(|(of, _)| usize::from(*of) == place) {
                 Some((_, formula)) => {
-                    let letter = letter_name(word.letter);
-                    write!(f, "{separator}{letter}[{}]", written(self.code(*formula)))?;
+                    let value = value_written(self.code(*formula));
+                    write!(f, "{separator}{}{value}", letter_name(word.letter))?;
                 }
-                None => write!(f, "{separator}{word}")?,
+                None => write!(f, "{separator}{}{}", letter_name(word.letter), word.value)?,
             }
             separator = " ";
         }
-        let code = |formula| written(self.code(formula));
+        let code = |formula| self.code(formula);
         if let Some(statement) = self.statement() {
             write!(f, "{separator}{}", statement.written(code))?;
             separator = " ";

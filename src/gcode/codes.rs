@@ -347,6 +347,13 @@ const CODES_COUNT: usize = CODES.len();
 static G_ROWS: [u8; 1001] = index(b'G');
 static M_ROWS: [u8; 1001] = index(b'M');
 
+/// A G or M word's number as it is meant: what lies within 0.0001 of a tenth is that tenth
+/// (RS274/NGC), for expressions are rounded.
+pub fn nearest(number: f64) -> f64 {
+    let tenths = (number * 10.0).round();
+    if (number * 10.0 - tenths).abs() <= 1e-3 { tenths / 10.0 } else { number }
+}
+
 /// The row of a G or M word, if there is one.
 pub fn find(letter: u8, number: f64) -> Option<&'static Code> {
     let exact = number * 10.0;

@@ -5,7 +5,7 @@ use std::fmt;
 use std::rc::Rc;
 
 use super::block::{Block, letter_bit};
-use super::expr::{Formula, NoExpression, Reader, Step, written};
+use super::expr::{Formula, NoExpression, Reader, Step, number_written, value_written, written};
 use super::fault::Fault;
 use super::rules;
 
@@ -227,28 +227,29 @@ pub(super) fn stands_alone(block: &Block, faults: &mut Vec<Fault>) {
 
 impl Assignment {
     /// As it is written in a block of this code.
-    pub(super) fn written(&self, code: impl Fn(Formula) -> String) -> String {
+    pub(super) fn written<'a>(&self, code: impl Fn(Formula) -> &'a [Step]) -> String {
         let target = match &self.target {
-            Step::Indirect => format!("#[{}]", code(self.number)),
+            Step::Indirect => format!("#{}", number_written(code(self.number))),
             step => written(std::slice::from_ref(step)),
         };
-        format!("{target}={}", code(self.value))
+        format!("{target}={}", written(code(self.value)))
     }
 }
 
 impl Statement {
     /// As it is written in a block of this code.
-    pub(super) fn written(&self, code: impl Fn(Formula) -> String) -> String {
+    pub(super) fn written<'a>(&self, code: impl Fn(Formula) -> &'a [Step]) -> String {
         let label = &self.label;
+        let text = |formula: &Formula| written(code(*formula));
         let number = match label {
             Label::Number(number) => *number,
             Label::Name(_) => 0,
         };
         let result = |formula: &Option<Formula>| {
-            formula.map_or(String::new(), |formula| format!(" [{}]", code(formula)))
+            formula.map_or(String::new(), |formula| format!(" [{}]", text(&formula)))
         };
         let listed = |formulas: &[Formula]| -> String {
-            formulas.iter().map(|formula| format!(" [{}]", code(*formula))).collect()
+            formulas.iter().map(|formula| format!(" [{}]", text(formula))).collect()
         };
         match &self.control {
             Control::Sub => format!("{label} SUB"),
@@ -256,27 +257,29 @@ impl Statement {
             Control::Return(formula) => format!("{label} RETURN{}", result(formula)),
             Control::Call(arguments) => format!("{label} CALL{}", listed(arguments)),
             Control::CallNumber(number, arguments) => {
-                format!("O[{}] CALL{}", code(*number), listed(arguments))
+                format!("O{} CALL{}", value_written(code(*number)), listed(arguments))
             }
-            Control::If(formula) => format!("{label} IF [{}]", code(*formula)),
-            Control::ElseIf(formula) => format!("{label} ELSEIF [{}]", code(*formula)),
+            Control::If(formula) => format!("{label} IF [{}]", text(formula)),
+            Control::ElseIf(formula) => format!("{label} ELSEIF [{}]", text(formula)),
             Control::Else => format!("{label} ELSE"),
             Control::EndIf => format!("{label} ENDIF"),
-            Control::While(formula) => format!("{label} WHILE [{}]", code(*formula)),
+            Control::While(formula) => format!("{label} WHILE [{}]", text(formula)),
             Control::EndWhile => format!("{label} ENDWHILE"),
             Control::Do => format!("{label} DO"),
-            Control::Repeat(formula) => format!("{label} REPEAT [{}]", code(*formula)),
+            Control::Repeat(formula) => format!("{label} REPEAT [{}]", text(formula)),
             Control::EndRepeat => format!("{label} ENDREPEAT"),
             Control::Break => format!("{label} BREAK"),
             Control::Continue => format!("{label} CONTINUE"),
-            Control::Goto { condition: None, target } => format!("GOTO [{}]", code(*target)),
-            Control::Goto { condition: Some(condition), target } => {
-                format!("IF [{}] GOTO [{}]", code(*condition), code(*target))
+            Control::Goto { condition: None, target } => {
+                format!("GOTO {}", value_written(code(*target)))
             }
-            Control::Then(condition) => format!("IF [{}] THEN", code(*condition)),
+            Control::Goto { condition: Some(condition), target } => {
+                format!("IF [{}] GOTO {}", text(condition), value_written(code(*target)))
+            }
+            Control::Then(condition) => format!("IF [{}] THEN", text(condition)),
             Control::WhileDo(None) => format!("DO{number}"),
             Control::WhileDo(Some(condition)) => {
-                format!("WHILE [{}] DO{number}", code(*condition))
+                format!("WHILE [{}] DO{number}", text(condition))
             }
             Control::EndDo => format!("END{number}"),
         }

@@ -18,6 +18,9 @@ use super::number::{NUMBER_MAX, SyntaxError, is_blank, number};
 /// what a stack holds.
 const DEPTH_MAX: usize = 64;
 
+/// Bytes of a name at most: a line of RS274/NGC has no more.
+const NAME_BYTES_MAX: usize = 255;
+
 /// Greatest number of a parameter that can be written.
 const PARAMETER_MAX: f64 = 99_999.0;
 
@@ -109,6 +112,8 @@ pub(super) struct NoExpression {
     /// Bytes of the line that were left where reading stopped.
     pub left: usize,
     pub message: String,
+    /// What to write instead, where the byte that stopped the reading does not tell.
+    pub help: Option<&'static str>,
 }
 
 type Read<T> = Result<T, NoExpression>;
@@ -187,20 +192,31 @@ impl<'a, 'c> Reader<'a, 'c> {
     pub fn name(&mut self) -> Read<String> {
         self.takes(b'<');
         let Some(length) = self.rest.iter().position(|byte| *byte == b'>') else {
-            return self.fail("this name has no end: > is missing");
+            return self.no_parameter("this name has no end: > is missing");
         };
         let text: Vec<u8> =
             self.rest[..length].iter().copied().filter(|byte| !is_blank(*byte)).collect();
         // As RS274/NGC: all but what would end the name or begin a comment.
+        if text.len() > NAME_BYTES_MAX {
+            return self.no_parameter(format!("a name has at most {NAME_BYTES_MAX} bytes"));
+        }
         if text.is_empty() || text.iter().any(|byte| b"<(;".contains(byte)) {
-            return self.fail("this is no name: it is empty, or holds one of < ( ;");
+            return self.no_parameter("this is no name: it is empty, or holds one of < ( ;");
         }
         self.rest = &self.rest[length + 1..];
         Ok(String::from_utf8_lossy(&text).to_lowercase())
     }
 
     pub fn fail<T>(&self, message: impl fmt::Display) -> Read<T> {
-        Err(NoExpression { left: self.rest.len(), message: message.to_string() })
+        Err(NoExpression { left: self.rest.len(), message: message.to_string(), help: None })
+    }
+
+    /// Fails where the byte that stands here tells nothing of what was meant.
+    fn no_parameter<T>(&self, message: impl fmt::Display) -> Read<T> {
+        let help = Some(
+            "#1 is a parameter, #<name> a named one, #[#1 + 2] that of a number, o<name> a label",
+        );
+        Err(NoExpression { left: self.rest.len(), message: message.to_string(), help })
     }
 
     fn formula(&mut self, read: impl FnOnce(&mut Self) -> Read<()>) -> Read<Formula> {
@@ -310,12 +326,15 @@ impl<'a, 'c> Reader<'a, 'c> {
                 return Ok(());
             }
             Some(b'0'..=b'9' | b'[' | b'#') => self.operand()?,
-            _ => return self.fail("# is not followed by the number or <name> of a parameter"),
+            _ => {
+                return self
+                    .no_parameter("# is not followed by the number or <name> of a parameter");
+            }
         }
         match self.code.get(start) {
             Some(Step::Number(value)) if self.code.len() == start + 1 => {
                 if value.fract() != 0.0 || !(0.0..=PARAMETER_MAX).contains(value) {
-                    return self.fail(format!("there is no parameter #{value}"));
+                    return self.no_parameter(format!("there is no parameter #{value}"));
                 }
                 self.code[start] = Step::Parameter(*value as u32);
             }
@@ -366,37 +385,91 @@ pub(super) fn after_word<'a>(mut line: &'a [u8], word: &str) -> Option<&'a [u8]>
     Some(line)
 }
 
-/// The code in brackets as it is written, `#` and functions as they need none.
-pub(super) fn written(code: &[Step]) -> String {
-    let mut parts: Vec<String> = Vec::new();
+/// A piece of code as it is written, and how tightly it binds: [`OPERAND`] where it is one value.
+struct Written {
+    text: String,
+    precedence: u8,
+}
+
+/// What binds more tightly than any operator.
+const OPERAND: u8 = 6;
+
+impl Written {
+    fn operand(text: String) -> Written {
+        Written { text, precedence: OPERAND }
+    }
+
+    /// With brackets, if it binds less tightly than that.
+    fn at_least(self, precedence: u8) -> String {
+        if self.precedence < precedence { format!("[{}]", self.text) } else { self.text }
+    }
+
+    /// Before an operator and what stands behind that.
+    fn with(self, operator: Binary, second: Written) -> Written {
+        if operator == Binary::Atan {
+            return Written::operand(format!("ATAN[{}]/[{}]", self.text, second.text));
+        }
+        let precedence = operator.precedence();
+        let (first, second) = (self.at_least(precedence), second.at_least(precedence + 1));
+        Written { text: format!("{first} {} {second}", operator.name()), precedence }
+    }
+
+    /// As the number of a parameter, behind its #.
+    fn behind_hash(self) -> String {
+        let text = self.at_least(OPERAND);
+        if text.starts_with(['#', '[']) { text } else { format!("[{text}]") }
+    }
+}
+
+fn steps_written(code: &[Step]) -> Written {
+    let mut parts: Vec<Written> = Vec::new();
     for step in code {
-        let mut take = || parts.pop().unwrap_or_default();
+        // The reader of expressions puts no step where its values are missing.
+        let mut take = || parts.pop().unwrap_or_else(|| Written::operand(String::new()));
         let part = match step {
-            Step::Number(value) => value.to_string(),
-            Step::Parameter(number) => format!("#{number}"),
-            Step::Named(name) => format!("#<{name}>"),
-            Step::Exists(name) => format!("EXISTS[#<{name}>]"),
-            Step::Indirect => format!("#[{}]", take()),
-            Step::Negate => format!("-[{}]", take()),
-            Step::Function(function) => format!("{}[{}]", function.name(), take()),
-            Step::Binary(Binary::Atan) => {
-                let (second, first) = (take(), take());
-                format!("ATAN[{first}]/[{second}]")
+            Step::Number(value) => Written::operand(value.to_string()),
+            Step::Parameter(number) => Written::operand(format!("#{number}")),
+            Step::Named(name) => Written::operand(format!("#<{name}>")),
+            Step::Exists(name) => Written::operand(format!("EXISTS[#<{name}>]")),
+            Step::Indirect => Written::operand(format!("#{}", take().behind_hash())),
+            Step::Negate => Written::operand(format!("-{}", take().at_least(OPERAND))),
+            Step::Function(function) => {
+                Written::operand(format!("{}[{}]", function.name(), take().text))
             }
             Step::Binary(operator) => {
-                let (second, first) = (take(), take());
-                format!("[{first} {} {second}]", operator.name())
+                let second = take();
+                take().with(*operator, second)
             }
             Step::WithNumber(operator, value) => {
-                format!("[{} {} {value}]", take(), operator.name())
+                take().with(*operator, Written::operand(value.to_string()))
             }
             Step::WithParameter(operator, number) => {
-                format!("[{} {} #{number}]", take(), operator.name())
+                take().with(*operator, Written::operand(format!("#{number}")))
             }
         };
         parts.push(part);
     }
-    parts.pop().unwrap_or_default()
+    parts.pop().unwrap_or_else(|| Written::operand(String::new()))
+}
+
+/// Code as it is written in brackets or behind `=`, with no more brackets than it needs.
+pub(super) fn written(code: &[Step]) -> String {
+    steps_written(code).text
+}
+
+/// Code as it is written behind a letter. In brackets stand a number, which would be taken for that
+/// of a plain word, two signs, and ROUND, which would make GR of a G.
+pub(super) fn value_written(code: &[Step]) -> String {
+    let written = steps_written(code).at_least(OPERAND);
+    let needs_brackets = matches!(code, [Step::Number(_)])
+        || written.starts_with("--")
+        || written.starts_with(Function::Round.name());
+    if needs_brackets { format!("[{written}]") } else { written }
+}
+
+/// Code as it is written behind # for the number of a parameter.
+pub(super) fn number_written(code: &[Step]) -> String {
+    steps_written(code).behind_hash()
 }
 
 #[cfg(test)]
@@ -420,16 +493,19 @@ mod tests {
 
     #[test]
     fn operators_bind_as_in_rs274() {
-        check("1+2*3", "[1 + [2 * 3]]");
-        check("-2**2", "[-2 ** 2]");
-        check("2**3**2", "[[2 ** 3] ** 2]");
-        check("1 - 2 - 3", "[[1 - 2] - 3]");
-        check("#1 EQ 2 AND #2 LT 3+1", "[[#1 EQ 2] AND [#2 LT [3 + 1]]]");
-        check("7 m o d 4/2", "[[7 MOD 4] / 2]");
-        check("-[#1]", "-[#1]");
-        check("- #<A b>", "-[#<ab>]");
-        check("##1+#[2+#3]", "[#[#1] + #[[2 + #3]]]");
-        check("sin[3 0]*ATAN[1]/[2]", "[SIN[30] * ATAN[1]/[2]]");
+        check("1+2*3", "1 + 2 * 3");
+        check("-2**2", "-2 ** 2");
+        check("2**3**2", "2 ** 3 ** 2");
+        check("1 - 2 - 3", "1 - 2 - 3");
+        check("#1 EQ 2 AND #2 LT 3+1", "#1 EQ 2 AND #2 LT 3 + 1");
+        check("7 m o d 4/2", "7 MOD 4 / 2");
+        check("-[#1]", "-#1");
+        check("-[#1+2]", "-[#1 + 2]");
+        check("--[-#1]", "---#1");
+        check("2**[3**2]*[4-[5-6]]", "2 ** [3 ** 2] * [4 - [5 - 6]]");
+        check("- #<A b>", "-#<ab>");
+        check("##1+#[2+#3]", "##1 + #[2 + #3]");
+        check("sin[3 0]*ATAN[1]/[2]", "SIN[30] * ATAN[1]/[2]");
         check("EXISTS[#<_g>]", "EXISTS[#<_g>]");
         check("1 2 .5X3", "12.5X3");
         check("#1 *", "#1 *");

@@ -10,6 +10,9 @@ const CHUNK_BYTES: usize = 128 * 1024;
 
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
+/// What DOS puts behind a text, once or until its last block is full.
+const END_OF_FILE: u8 = 0x1a;
+
 /// One physical line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line<'a> {
@@ -34,7 +37,7 @@ enum Unread {
 }
 
 /// Splits a text into lines at LF, CR LF or CR. A byte order mark at the beginning of the text
-/// belongs to no line.
+/// belongs to no line, nor do bytes 0x1A (Ctrl-Z) at its end.
 #[derive(Debug)]
 pub struct Lines<R> {
     reader: R,
@@ -105,8 +108,12 @@ impl<R: Read> Lines<R> {
             match memchr::memchr2(b'\n', b'\r', &rest[searched..]) {
                 Some(at) => break searched + at,
                 None if rest.len() > LINE_BYTES_MAX => break rest.len(),
-                None if self.at_end && rest.is_empty() => return Ok(false),
-                None if self.at_end => break rest.len(),
+                None if self.at_end => {
+                    let last = rest.iter().rposition(|byte| *byte != END_OF_FILE);
+                    let Some(last) = last else { return Ok(false) };
+                    self.end = self.start + last + 1;
+                    break last + 1;
+                }
                 None => searched = rest.len(),
             }
             self.fill()?;
@@ -262,6 +269,9 @@ mod tests {
         check(b"\r\n\n\r\r\n", &[(0, b""), (2, b""), (3, b""), (4, b"")]);
         check(b"\xef\xbb\xbfa\r\n", &[(3, b"a")]);
         check(b"\xef\xbb\xbf", &[]);
+        check(b"a\r\n\x1a", &[(0, b"a")]);
+        check(b"a\x1ab\x1a\x1a", &[(0, b"a\x1ab")]);
+        check(b"\x1a\n", &[(0, b"\x1a")]);
     }
 
     #[test]

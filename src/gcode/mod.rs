@@ -32,4 +32,5 @@ pub use fault::Fault;
 pub use lathe::{LATHE_CODES, find_lathe};
 pub use lines::{LINE_BYTES_MAX, Line, Lines};
 pub use name::Name;
+pub use number::short;
 pub use parser::parse;

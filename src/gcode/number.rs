@@ -47,6 +47,12 @@ const MANTISSA_MAX: u64 = 1 << 53;
 /// Numbers of up to so many digits fit a mantissa of 64 bits.
 const DIGITS_MAX: usize = 19;
 
+/// A number as people read it: all its digits, or a power of ten where it would be mostly noughts.
+pub fn short(value: f64) -> String {
+    let is_long = value != 0.0 && !(1e-9..1e15).contains(&value.abs());
+    if is_long { format!("{value:e}") } else { value.to_string() }
+}
+
 /// Blanks, which may stand anywhere, even inside a number (RS274/NGC).
 pub fn blanks(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while(is_blank)(input)

@@ -11,6 +11,7 @@ use nom::sequence::delimited;
 use super::block::{
     Block, COMMA_A, COMMA_C, COMMA_R, Call, Message, MessageKind, Word, letter_name,
 };
+use super::codes::nearest;
 use super::control::{
     Assignment, Control, Label, Statement, after_label, computed_call, macro_b, stands_alone,
 };
@@ -111,6 +112,9 @@ impl<'a> Parsing<'a> {
     fn word(&mut self, byte: u8) -> Option<()> {
         let start = self.at();
         let letter = if byte == b':' { b'O' } else { byte.to_ascii_uppercase() };
+        if byte.eq_ignore_ascii_case(&b'O') && self.goes_on_with_letter(start) {
+            return Some(());
+        }
         self.step(1);
         if letter == b'G' && !matches!(self.rest.first(), Some(b'0'..=b'9')) {
             let (rest, r) = opt((blanks, tag_r)).parse(self.rest).ok()?;
@@ -124,6 +128,7 @@ impl<'a> Parsing<'a> {
                 Some(())
             }
             Ok(value) => {
+                let value = if matches!(letter, b'G' | b'M') { nearest(value) } else { value };
                 let word = Word { letter, value, start, end: self.at() };
                 if letter == b'O' && self.keyword_follows() {
                     self.is_label(&word);
@@ -197,9 +202,17 @@ impl<'a> Parsing<'a> {
                     self.faults.push(stray::comma(self.line, at as usize).0);
                     return None;
                 }
-                let fault = Fault::new(&rules::EXPRESSION, start.min(at), at + 1, error.message);
-                let byte = self.line.get(at as usize).copied().unwrap_or_default();
-                self.faults.push(match stray::operator_help(byte) {
+                let rest = self.line.get(at as usize..).unwrap_or_default();
+                let byte = rest.first().copied().unwrap_or_default();
+                let length = match byte {
+                    b'A'..=b'Z' | b'a'..=b'z' => {
+                        rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count()
+                    }
+                    _ => stray::number_length(rest).max(1),
+                };
+                let end = at + length as u32;
+                let fault = Fault::new(&rules::EXPRESSION, start.min(at), end, error.message);
+                self.faults.push(match error.help.or_else(|| stray::operator_help(byte)) {
                     Some(help) => fault.help(help),
                     None => fault,
                 });
@@ -352,27 +365,25 @@ impl<'a> Parsing<'a> {
         let letter = letter_name(letter);
         let after_blanks = self.rest.iter().position(|byte| !is_blank(*byte));
         let next = after_blanks.and_then(|at| self.rest.get(at).copied());
-        let end = self.at();
-        let fault = match (error, next) {
-            (SyntaxError::TooLarge, _) => {
-                let message = format!("the number of this {letter} word is beyond {NUMBER_MAX}");
-                self.faults.push(Fault::new(&rules::BAD_NUMBER, start, end, message));
-                return None;
-            }
-            (_, Some(b'-' | b'+' | b'.' | b'0'..=b'9')) => {
-                let message = format!("{letter} is followed by something that is no number");
-                Fault::new(&rules::BAD_NUMBER, start, end + 1, message)
-                    .help("one sign at most, digits, one point at most")
-            }
-            _ => {
-                let message = format!("{letter} is not followed by a number");
-                let fault = Fault::new(&rules::MISSING_NUMBER, start, end, message);
-                self.faults.push(fault.help("write it, as X10; a remark stands in ( ) or after ;"));
-                return Some(());
-            }
+        if error != SyntaxError::TooLarge && !matches!(next, Some(b'-' | b'+' | b'.' | b'0'..=b'9'))
+        {
+            let message = format!("{letter} is not followed by a number");
+            let fault = Fault::new(&rules::MISSING_NUMBER, start, self.at(), message);
+            self.faults.push(fault.help("write it, as X10; a remark stands in ( ) or after ;"));
+            return Some(());
+        }
+        self.step(after_blanks.unwrap_or_default());
+        self.step(stray::number_length(self.rest));
+        let (message, help) = if error == SyntaxError::TooLarge {
+            let message = format!("the number of this {letter} word is beyond {NUMBER_MAX}");
+            (message, "no machine goes that far: is a point missing?")
+        } else {
+            let message = format!("{letter} is followed by something that is no number");
+            (message, "one sign at most, digits, one point at most")
         };
-        self.faults.push(fault);
-        None
+        let fault = Fault::new(&rules::BAD_NUMBER, start, self.at(), message);
+        self.faults.push(fault.help(help));
+        Some(())
     }
 
     /// Whether two letters follow, as in `O100 sub`: words have one.
@@ -445,6 +456,13 @@ impl<'a> Parsing<'a> {
                 None
             }
         }
+    }
+
+    /// Reports an O that follows the number of another word at once.
+    fn goes_on_with_letter(&mut self, start: u32) -> bool {
+        let is_before = |word: &&Word| word.end == start && word.letter != b'O';
+        let before = self.block.words().last().filter(is_before);
+        before.map(|word| word.start).is_some_and(|start| self.has_letter(start))
     }
 
     /// Reports a letter that stands for a digit, in a word that begins at byte `start`.

@@ -50,6 +50,10 @@ fn plain_word<'a>(line: &[u8], rest: &'a [u8]) -> Option<(Word, &'a [u8])> {
         bytes = eight_bytes(line, number);
     }
     let Digits { value, decimals, length } = digits(line, number, bytes)?;
+    // Codes have one decimal at most: others are those nearby.
+    if decimals > 1 && matches!(letter, b'G' | b'M') {
+        return None;
+    }
     let behind = number.get(length as usize..)?;
     let magnitude = value as f64 / POWERS_OF_TEN.get(decimals as usize)?;
     let value = if negative { -magnitude } else { magnitude };

@@ -288,10 +288,16 @@ pub(super) fn fault(line: &[u8], at: usize, words_end: Option<u8>) -> Fault {
                 .help("what is to be multiplied stands in brackets, as X[2 * 3]")
         }
         b'0'..=b'9' | b'.' | b'-' | b'+' => {
-            let end = rest.iter().take_while(|byte| b"0123456789.+-".contains(byte));
-            let end = at + end.count() as u32;
-            Fault::new(&rules::BAD_NUMBER, at, end, "this number belongs to no letter")
-                .help("write one letter and one number a word, as X1.5")
+            let end = at + number_length(rest) as u32;
+            match word_before(line, at as usize) {
+                Some(start) => {
+                    let message = "a number goes on here that has ended already";
+                    Fault::new(&rules::BAD_NUMBER, start, end, message)
+                        .help("one sign at most, digits, one point at most")
+                }
+                None => Fault::new(&rules::BAD_NUMBER, at, end, "this number belongs to no letter")
+                    .help("write one letter and one number a word, as X1.5"),
+            }
         }
         b'/' => Fault::new(&rules::BAD_CHARACTER, at, at + 1, "a / behind the block's beginning")
             .help("it leaves out whole lines only; a quotient stands in brackets, as X[1 / 2]"),
@@ -307,10 +313,26 @@ pub(super) fn fault(line: &[u8], at: usize, words_end: Option<u8>) -> Fault {
             let bytes = &rest[..count];
             let shown = String::from_utf8_lossy(bytes);
             let message = format!("{shown} belongs to no word");
-            Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message)
-                .help(operator_help(byte).unwrap_or("comments stand in ( ) or after ;"))
+            Fault::new(&rules::BAD_CHARACTER, at, at + count as u32, message).help(match byte {
+                b'%' => "a % that begins or ends the text stands on a line of its own",
+                _ => "comments stand in ( ) or after ;",
+            })
         }
     }
+}
+
+/// How many bytes of a text look like those of a number, whether they are one or not.
+pub(super) fn number_length(text: &[u8]) -> usize {
+    text.iter().take_while(|byte| b"0123456789.+-".contains(byte)).count()
+}
+
+/// Where the word begins whose number goes on at a byte, if there is one.
+fn word_before(line: &[u8], at: usize) -> Option<u32> {
+    let is_number = |byte: &u8| b"0123456789.+- \t".contains(byte);
+    let start = line.get(..at)?.iter().rposition(|byte| !is_number(byte))?;
+    // Two letters are of a keyword, and no word.
+    let is_letter = |at: usize| line.get(at).is_some_and(u8::is_ascii_alphabetic);
+    (is_letter(start) && !(start > 0 && is_letter(start - 1))).then_some(start as u32)
 }
 
 /// A byte that no text holds.

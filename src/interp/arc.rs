@@ -41,6 +41,8 @@ pub(super) struct ArcTask<'a> {
     pub end_origin_mm: [f64; 2],
     /// What I J K are measured from: the start, or program zero (G90.1).
     pub center_origin_mm: [f64; 2],
+    /// G90.1
+    pub centers_absolute: bool,
     /// How far the radii at both ends may differ.
     pub tolerance_mm: f64,
     /// Motor steps a mm on the plane's first axis.
@@ -64,7 +66,7 @@ impl ArcTask<'_> {
         match (self.block.word(b'R'), first.or(second)) {
             (Some(radius), None) => self.by_radius(radius, faults),
             (None, Some(_)) => {
-                if self.center_origin_mm != self.start_mm && (first.is_none() || second.is_none()) {
+                if self.centers_absolute && (first.is_none() || second.is_none()) {
                     let [first, second] = letters.map(char::from);
                     let message = format!("under G90.1 an arc needs both {first} and {second}");
                     faults.push(Fault::block(&rules::ARC_CENTER, self.block, message));
@@ -302,6 +304,7 @@ mod tests {
             mm_per_unit: 1.0,
             end_origin_mm: [0.0, 0.0],
             center_origin_mm: [0.0, 0.0],
+            centers_absolute: false,
             tolerance_mm: 0.028,
             steps_per_mm: 100.0,
         };

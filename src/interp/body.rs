@@ -6,6 +6,9 @@ use std::rc::Rc;
 
 use crate::gcode::{Block, Control, Fault, Label, Statement, Word, rules};
 
+/// Text of a block that needs no more memory than others: a word of two bytes takes 24.
+const BLOCK_BYTES: usize = 64;
+
 /// Lines of a program, parsed.
 #[derive(Debug)]
 pub(super) struct Body {
@@ -17,6 +20,8 @@ pub(super) struct Body {
     pub file_name: Option<Rc<str>>,
     blocks: Vec<Stored>,
     text: Vec<u8>,
+    /// Blocks that long lines count for beside themselves.
+    surplus: usize,
     /// Where blocks with an N word stand.
     numbers: HashMap<u32, Vec<usize>>,
 }
@@ -41,12 +46,13 @@ pub(super) struct Links {
 impl Body {
     pub fn new(label: Option<Label>, file: usize, file_name: Option<Rc<str>>) -> Body {
         let (blocks, text, numbers) = (Vec::new(), Vec::new(), HashMap::new());
-        Body { label, file, file_name, blocks, text, numbers }
+        Body { label, file, file_name, blocks, text, surplus: 0, numbers }
     }
 
     /// Adds a line.
     pub fn push(&mut self, line: u32, text: &[u8], block: &Block) {
         let begin = self.text.len();
+        self.surplus += text.len() / BLOCK_BYTES;
         self.text.extend_from_slice(text);
         // Labels are written: what an expression makes of one is not known before it runs.
         let is_computed = |word: &Word| {
@@ -71,6 +77,11 @@ impl Body {
 
     pub fn len(&self) -> usize {
         self.blocks.len()
+    }
+
+    /// How many blocks it counts for, of what may be kept: long lines count for several.
+    pub fn size(&self) -> usize {
+        self.blocks.len() + self.surplus
     }
 
     pub fn links(&self, at: usize) -> Links {

@@ -55,8 +55,12 @@ impl Executor<'_> {
                 let is_rival =
                     |rival: &Code| rival.group == code.group && !go_together(rival, code);
                 if let Some((rival, _)) = self.codes.iter().find(|(code, _)| is_rival(code)) {
+                    let is_same = *rival == code;
                     faults.push(conflict(rival, code, word));
                     asked.is_faulty = true;
+                    if is_same {
+                        continue;
+                    }
                 }
             }
             groups |= bit;

@@ -41,6 +41,8 @@ pub(super) struct Held {
     pub peck_mm: f64,
     /// I J K of G87, I J of G76.
     shift_mm: [f64; 3],
+    /// The unit of the words that are held.
+    mm_per_unit: f64,
 }
 
 /// A hole, in program coordinates.
@@ -194,11 +196,15 @@ impl Executor<'_> {
     ) -> u32 {
         let faults = &mut *out.faults;
         let seconds = block.word(b'P').map(|word| self.seconds(word, out.text));
+        let mm = self.mm_per_unit;
+        // Controls differ in what becomes of lengths that are held when the unit changes.
+        let other_unit = goes_on && self.cycle.mm_per_unit != mm;
+        let goes_on = goes_on && !other_unit;
         if !goes_on {
-            self.cycle = Held { initial_mm: self.cycle.initial_mm, ..Held::default() };
+            let initial_mm = self.cycle.initial_mm;
+            self.cycle = Held { initial_mm, mm_per_unit: mm, ..Held::default() };
         }
         let across = self.plane.normal();
-        let mm = self.mm_per_unit;
         let diameter = if self.diameters && across == Axis::X { 0.5 } else { 1.0 };
         let mut missing = String::new();
         let mut take =
@@ -223,7 +229,8 @@ impl Executor<'_> {
         if !missing.is_empty() {
             let name = cycle as u8;
             let list: Vec<String> = missing.chars().map(String::from).collect();
-            let message = format!("the first block of G{name} has no {}", list.join(", no "));
+            let unit = if other_unit { " in the new unit" } else { "" };
+            let message = format!("the first block of G{name}{unit} has no {}", list.join(", no "));
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
         }
         if let Some(word) = block.word(b'Q').filter(|word| word.value <= 0.0) {

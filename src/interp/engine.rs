@@ -1,9 +1,9 @@
 //! One block, whatever stands on it: expressions get their values, parameters are set, messages are
 //! said, and what is left goes to the executor.
 
-use crate::base::{Axis, Event, EventKind, Machine};
-use crate::gcode::codes::{Stock, Turn};
-use crate::gcode::{Assignment, Block, Fault, Formula, Message, MessageKind, Word, rules};
+use crate::base::{Axis, CallSite, Event, EventKind, Machine};
+use crate::gcode::codes::{Stock, Turn, nearest};
+use crate::gcode::{Assignment, Block, Fault, Formula, Message, MessageKind, Word, rules, short};
 
 use super::Options;
 use super::check::Said;
@@ -48,6 +48,7 @@ pub(super) struct Engine<'a> {
     /// The block at hand with the values of its expressions.
     computed: Option<Box<Block>>,
     left_out: Vec<u16>,
+    block_delete_said: bool,
     /// Whether #3006 has asked for a stop.
     stops: bool,
 }
@@ -67,7 +68,19 @@ impl<'a> Engine<'a> {
             faults: Vec::new(),
             computed: None,
             left_out: Vec::new(),
+            block_delete_said: false,
             stops: false,
+        }
+    }
+
+    /// Warns, once, of a line that block delete would leave out.
+    #[inline]
+    pub fn judge_delete(&mut self, block: &Block) {
+        if block.delete && !self.block_delete_said && !block.is_empty() {
+            self.block_delete_said = true;
+            let message = "this line is executed, and so is every other that begins with /";
+            let fault = Fault::new(&rules::BLOCK_DELETE, 0, 1, message);
+            self.faults.push(fault.help("--block-delete skips these lines"));
         }
     }
 
@@ -153,13 +166,19 @@ impl<'a> Engine<'a> {
         self.corner = None;
     }
 
-    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on.
-    pub fn restore_after_call(&mut self, calls: &[u32], motions: &mut Vec<Motion>) {
+    /// Restores the modes that M73 has saved, where a call has ended; told at the line it ended on,
+    /// of a file if not the program's own.
+    pub fn restore_after_call(
+        &mut self,
+        calls: &[CallSite],
+        file: Option<&str>,
+        motions: &mut Vec<Motion>,
+    ) {
         if self.executor.to_restore.is_none() {
             return;
         }
         let (line, first) = (self.executor.line, motions.len());
-        let place = &Place { line, text: b"", calls, file: None };
+        let place = &Place { line, text: b"", calls, file };
         let mut out = output(place, motions, &mut self.faults);
         self.executor.restore_after_call(&mut out);
         self.judge(&motions[first..], &Block::default(), place);
@@ -243,11 +262,15 @@ impl<'a> Engine<'a> {
             match self.parameters.value(block.code(*formula), &self.executor) {
                 Ok(value) if is_empty(value) => self.left_out.push(*place),
                 Ok(value) if plain(value).abs() > WORD_MAX => {
-                    let message = format!("{value} is beyond {WORD_MAX}");
+                    let message = format!("{} is beyond {WORD_MAX}", short(value));
                     self.faults.push(Fault::word(&rules::BAD_NUMBER, word, message));
                     self.left_out.push(*place);
                 }
-                Ok(value) => computed.give_value(*place, plain(value)),
+                Ok(value) => {
+                    let value = plain(value);
+                    let is_code = matches!(word.letter, b'G' | b'M');
+                    computed.give_value(*place, if is_code { nearest(value) } else { value });
+                }
                 Err(error) => {
                     self.faults.push(fault(*error, word.start, word.end));
                     self.left_out.push(*place);
@@ -320,7 +343,8 @@ impl<'a> Engine<'a> {
             Ok(Set::Alarm(number)) => {
                 let text = comment(place.text);
                 let colon = if text.is_empty() { "" } else { ": " };
-                let message = format!("the program raises alarm {}{colon}{text}", plain(number));
+                let message =
+                    format!("the program raises alarm {}{colon}{text}", short(plain(number)));
                 self.faults.push(Fault::new(&rules::ALARM, start, end, message));
                 return true;
             }

@@ -3,7 +3,7 @@
 //! Every pass of a loop comes through here, so the way of a value is short: the one on top is kept
 //! beside the stack, and what has no value is told apart by no finite number, not by a result.
 
-use crate::gcode::{Binary, Function, Step, rules};
+use crate::gcode::{Binary, Function, Step, rules, short};
 
 use super::execute::Executor;
 use super::parameters::{Parameters, Value, is_empty, plain, refuse};
@@ -102,7 +102,7 @@ impl Parameters {
         if value.is_finite() {
             return Ok(value);
         }
-        refuse(&rules::ARITHMETIC, format!("{}[{x}] has no value", function.name()))
+        refuse(&rules::ARITHMETIC, format!("{}[{}] has no value", function.name(), short(x)))
     }
 
     #[inline]
@@ -147,8 +147,8 @@ impl Parameters {
 #[cold]
 fn no_value(operator: Binary, a: f64, b: f64) -> Value {
     let message = match operator {
-        Binary::Divide if b == 0.0 => format!("{a} is divided by zero"),
-        _ => format!("[{a} {} {b}] has no value", operator.name()),
+        Binary::Divide if b == 0.0 => format!("{} is divided by zero", short(a)),
+        _ => format!("[{} {} {}] has no value", short(a), operator.name(), short(b)),
     };
     refuse(&rules::ARITHMETIC, message)
 }

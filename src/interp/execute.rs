@@ -117,7 +117,6 @@ pub(super) struct Executor<'a> {
     pub(super) open: AxisSet,
     /// Whether coordinates mean something else since a code that is not supported.
     pub(super) is_shifted: bool,
-    block_delete_said: bool,
     /// Axes that some word has addressed.
     pub axes_used: AxisSet,
     /// Supported codes of the block in order of execution.
@@ -228,7 +227,6 @@ impl<'a> Executor<'a> {
             position_mm: options.start_mm.unwrap_or(machine.work_zero_mm),
             open: AxisSet::EMPTY,
             is_shifted: false,
-            block_delete_said: false,
             axes_used: AxisSet::EMPTY,
             codes: Vec::with_capacity(8),
         }
@@ -251,12 +249,6 @@ impl<'a> Executor<'a> {
 
     /// Executes a block. Faults that stand in `out` already are those of its text.
     pub fn run(&mut self, block: &Block, out: &mut Output<'_>) -> Flow {
-        if block.delete && !self.block_delete_said {
-            self.block_delete_said = true;
-            let message = "this line is executed, and so is every other that begins with /";
-            let fault = Fault::new(&rules::BLOCK_DELETE, 0, 1, message);
-            out.faults.push(fault.help("--block-delete skips these lines"));
-        }
         let text_is_faulty = out.faults.iter().any(is_error);
         if text_is_faulty {
             self.forget_position();

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::base::{Axis, Diagnostic, Severity, Span};
+use crate::base::{Axis, CallSite, Diagnostic, Severity, Span};
 use crate::gcode::{Block, Fault, rules};
 
 /// Longest text that goes with a diagnostic; of longer lines the surroundings of the fault.
@@ -16,8 +16,8 @@ const TEXT_BYTES_BEFORE: usize = 60;
 pub(super) struct Place<'a> {
     pub line: u32,
     pub text: &'a [u8],
-    /// Lines of the calls that led here, outermost first.
-    pub calls: &'a [u32],
+    /// The calls that led here, outermost first.
+    pub calls: &'a [CallSite],
     /// The file, where it is not the program's own.
     pub file: Option<&'a str>,
 }
@@ -27,7 +27,7 @@ pub(super) struct Place<'a> {
 pub(super) struct Kept {
     line: u32,
     text: Vec<u8>,
-    calls: Vec<u32>,
+    calls: Vec<CallSite>,
     file: Option<String>,
     pub span: (u32, u32),
 }

@@ -6,8 +6,9 @@
 use std::io;
 use std::rc::Rc;
 
+use crate::base::CallSite;
 use crate::gcode::codes::{Stock, Turn};
-use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules};
+use crate::gcode::{Block, Control, Fault, Formula, Label, Statement, rules, short};
 
 use super::Options;
 use super::body::{Body, Links, unmatched};
@@ -15,6 +16,7 @@ use super::execute::Executor;
 use super::findings::Place;
 use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
 use super::run::{End, Frame, FrameKind, PassedOver, Run};
+use super::words::WHOLE_WITHIN;
 
 /// Calls within calls, at most: as LinuxCNC.
 const CALL_DEPTH_MAX: usize = 10;
@@ -25,6 +27,10 @@ const CALLS_MAX: u64 = 1_000_000;
 /// Passes of loops after which a run with errors is given up: what the loop waits for may be what
 /// the error has kept from happening.
 const PASSES_AFTER_ERROR: u64 = 1_000_000;
+
+/// Calls after which a run with errors is given up: a subprogram that calls itself may do so in
+/// every one.
+const CALLS_AFTER_ERROR: u64 = 10_000;
 
 /// Arguments of a call, and whether it is one by G65.
 pub(super) type Arguments<'a> = (&'a [(u32, f64)], bool);
@@ -300,7 +306,7 @@ impl Run<'_> {
                 self.end = if self.rest_in_program { End::GivenUp } else { End::Text };
                 return Ok(());
             };
-            if reading.body.len() > BLOCKS_MAX {
+            if reading.body.size() > BLOCKS_MAX {
                 reading.too_large(line.number, findings);
                 self.end = End::GivenUp;
                 return Ok(());
@@ -368,10 +374,12 @@ impl Run<'_> {
             return Ok(());
         }
         let Some(frame) = self.frames.last() else { return Ok(()) };
-        let is_number = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
-        let target = frame.body.find(number as u32, frame.next).filter(|_| is_number);
+        let whole = number.round();
+        let is_number =
+            (number - whole).abs() <= WHOLE_WITHIN && (0.0..=f64::from(u32::MAX)).contains(&whole);
+        let target = frame.body.find(whole as u32, frame.next).filter(|_| is_number);
         let Some(target) = target else {
-            let message = format!("no block of this program has N{number}");
+            let message = format!("no block of this program has N{}", short(number));
             let fault = Fault::block(&rules::UNKNOWN_LABEL, block, message);
             self.engine.findings.take_once(&mut vec![fault], place);
             self.end = End::GivenUp;
@@ -435,7 +443,7 @@ impl Run<'_> {
             self.leave();
             return Ok(());
         };
-        let line = self.calls.last().copied().unwrap_or_default();
+        let line = self.calls.last().map_or(0, |call| call.line);
         self.leave_wholly();
         self.go_to_number(f64::from(target), block, place, line)
     }
@@ -450,6 +458,10 @@ impl Run<'_> {
         place: Place<'_>,
     ) -> io::Result<()> {
         if repeats == 0 {
+            return Ok(());
+        }
+        if self.engine.findings.errors > 0 && self.calls_made > CALLS_AFTER_ERROR {
+            self.end = End::GivenUp;
             return Ok(());
         }
         let depth = self.frames.len();
@@ -517,7 +529,8 @@ impl Run<'_> {
                 let has_scope = arguments.is_some();
                 let kind = FrameKind::Call { has_scope, repeats_left: repeats - 1 };
                 self.frames.push(Frame { body, next: 0, kind, repeats: Vec::new() });
-                Rc::make_mut(&mut self.calls).push(place.line);
+                let file = place.file.map(str::to_owned);
+                Rc::make_mut(&mut self.calls).push(CallSite { line: place.line, file });
                 return Ok(());
             }
             Found::Faulty => return Ok(()),
@@ -536,10 +549,14 @@ impl Run<'_> {
         let message = format!("the file holds no subprogram {label}");
         let fault = Fault::block(&rules::UNKNOWN_SUBPROGRAM, block, message);
         let labels = self.library.labels();
-        if labels.is_empty() {
-            fault.help(format!("write it after M30, as {label} up to M99"))
+        let help = if labels.is_empty() {
+            format!("write it after M30, as {label} up to M99")
         } else {
-            fault.help(format!("it holds {}", labels[..labels.len().min(10)].join(", ")))
+            format!("it holds {}", labels[..labels.len().min(10)].join(", "))
+        };
+        match self.library.inputs.looked_for(label) {
+            Some(looked_for) => fault.help(format!("{help}; {looked_for}")),
+            None => fault.help(help),
         }
     }
 }

@@ -50,6 +50,10 @@ impl Executor<'_> {
             let message = "P of M19 is 0 (the short way), 1 (clockwise) or 2 (counter-clockwise)";
             out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
         }
+        if let Some(word) = block.word(b'R').filter(|word| !(0.0..=360.0).contains(&word.value)) {
+            let message = "R of M19, the angle, is from 0 to 360 degrees";
+            out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+        }
         if let Some(word) = block.word(b'Q').filter(|word| word.value <= 0.0) {
             let message = "Q of M19, the longest time in seconds, is above 0";
             out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));

@@ -42,6 +42,15 @@ impl Inputs {
         Inputs { folders: folders.to_vec(), list: Vec::new() }
     }
 
+    /// What was looked for where, for a subprogram that is not found; none without folders.
+    pub fn looked_for(&self, label: &Label) -> Option<String> {
+        let name = names(label).into_iter().next()?;
+        let folders: Vec<String> =
+            self.folders.iter().map(|folder| folder.display().to_string()).collect();
+        let is_any = !folders.is_empty();
+        is_any.then(|| format!("no file {name} or the like lies in {}", folders.join(", ")))
+    }
+
     /// Opens the file of a subprogram.
     ///
     /// # Errors

@@ -16,16 +16,19 @@ const ROTARY_LETTERS: u32 = letter_bit(b'A') | letter_bit(b'B') | letter_bit(b'C
 /// rounding makes of it would be a move of its own.
 const SAME_PLACE_MM: f64 = 1e-9;
 
+/// Turns of an arc at most.
+const TURNS_MAX: u32 = 1_000_000;
+
 /// Moves of one block at most: cycles of lathes have as many as cuts times pieces of their contour.
-const BLOCK_MOVES_MAX: usize = 1_000_000;
+pub(super) const BLOCK_MOVES_MAX: usize = 250_000;
 
 /// Reports, once, that a block makes too many moves.
 #[cold]
-fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
-    let message = format!("this block makes more than {BLOCK_MOVES_MAX} moves");
-    if faults.iter().all(|fault| fault.message != message) {
-        let fault = Fault::block(&rules::BAD_VALUE, block, message);
-        faults.push(fault.help("take fewer or deeper cuts, or fewer repeats"));
+pub(super) fn refuse_more(block: &Block, faults: &mut Vec<Fault>) {
+    const MESSAGE: &str = "this block makes too many moves";
+    if faults.iter().all(|fault| fault.message != MESSAGE) {
+        let help = format!("no more than {BLOCK_MOVES_MAX}: take fewer or deeper cuts");
+        faults.push(Fault::block(&rules::BAD_VALUE, block, MESSAGE).help(help));
     }
 }
 
@@ -39,11 +42,20 @@ impl Executor<'_> {
                 asked.polar_step = self.polar_mode_step(block);
             }
             self.run_axis_words(block, asked, out);
+        } else if let Some(first) = self.polar_without_motion(block, asked) {
+            out.faults.push(no_motion_code(first));
+            self.forget_position();
         } else if let Some(resolved) = self.resolve_polar(block, asked, out.faults) {
             self.run_axis_words(&resolved, asked, out);
         } else {
             self.forget_position();
         }
+    }
+
+    /// The first of `@` and `^`, if there is no motion that could go there.
+    fn polar_without_motion<'b>(&self, block: &'b Block, asked: &Asked) -> Option<&'b Word> {
+        let is_none = self.motion == MotionMode::None && !asked.axes_claimed;
+        block.first_of(POLAR_LETTERS).filter(|_| is_none)
     }
 
     pub(super) fn run_axis_words(&mut self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
@@ -74,8 +86,8 @@ impl Executor<'_> {
             return;
         }
         let Some(first) = first else {
-            if asked.machine_coordinates && !asked.is_faulty {
-                machine_coordinates_alone(block, out.faults);
+            if !asked.is_faulty {
+                self.names_no_axis(block, asked, out.faults);
             }
             return;
         };
@@ -91,9 +103,7 @@ impl Executor<'_> {
                 return;
             }
             MotionMode::None => {
-                let message = format!("{first} moves an axis, but no motion code is in force");
-                let fault = Fault::word(&rules::NO_MOTION_MODE, first, message);
-                out.faults.push(fault.help("write G0 or G1 before it: G80 ends what was in force"));
+                out.faults.push(no_motion_code(first));
                 None
             }
             MotionMode::Rapid => Some(MoveKind::Rapid),
@@ -112,6 +122,18 @@ impl Executor<'_> {
         }
         if self.motion == MotionMode::Foreign {
             self.forget_position();
+        }
+    }
+
+    /// Reports codes of a block without axis words that cannot do without.
+    fn names_no_axis(&self, block: &Block, asked: &Asked, faults: &mut Vec<Fault>) {
+        if asked.machine_coordinates {
+            machine_coordinates_alone(block, faults);
+        }
+        let follows = matches!(self.motion, MotionMode::Follow(_)) && asked.is_motion_named;
+        if let Some(code) = self.motion.code().filter(|_| follows) {
+            let message = format!("{} leads nowhere: it names no axis", code.name());
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
         }
     }
 
@@ -270,11 +292,7 @@ impl Executor<'_> {
             return None;
         }
         let turns = match block.word(b'P').filter(|_| !asked.dwell) {
-            Some(word) if word.value < 1.0 => {
-                faults.push(Fault::word(&rules::BAD_VALUE, word, "an arc has at least one turn"));
-                return None;
-            }
-            Some(word) => whole(word, 1_000_000, faults)? - 1,
+            Some(word) => turns(word, faults)? - 1,
             None => 0,
         };
         let axes = self.plane.axes();
@@ -302,6 +320,7 @@ impl Executor<'_> {
             mm_per_unit: self.mm_per_unit,
             end_origin_mm: if self.absolute { zero_mm } else { start_mm },
             center_origin_mm: if self.centers_absolute { zero_mm } else { start_mm },
+            centers_absolute: self.centers_absolute,
             tolerance_mm: self.machine.arc_radius_tolerance_mm,
             steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
         };
@@ -316,6 +335,26 @@ impl Executor<'_> {
         let (plane, feed_mm_min) = (self.plane, 0.0);
         has_feed.then_some(MoveKind::Arc { feed_mm_min, plane, center_mm, ccw, turns })
     }
+}
+
+fn no_motion_code(word: &Word) -> Fault {
+    let message = format!("{word} moves an axis, but no motion code is in force");
+    let fault = Fault::word(&rules::NO_MOTION_MODE, word, message);
+    fault.help("write G0 or G1 before it: G80 ends what was in force")
+}
+
+/// P of an arc: how many turns, the last of them not always a whole one.
+fn turns(word: &Word, faults: &mut Vec<Fault>) -> Option<u32> {
+    let before = faults.len();
+    let turns = whole(word, TURNS_MAX, faults).filter(|turns| *turns >= 1);
+    if turns.is_none() {
+        faults.truncate(before);
+        let message =
+            format!("{word}: the turns of an arc are a whole number from 1 to {TURNS_MAX}");
+        let fault = Fault::word(&rules::BAD_VALUE, word, message);
+        faults.push(fault.help("P1 is the arc itself, P2 that and a full turn more"));
+    }
+    turns
 }
 
 /// The block's N word; one that is no line number has been reported.

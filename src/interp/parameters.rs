@@ -8,7 +8,7 @@
 use std::rc::Rc;
 
 use crate::gcode::rules::{self, Rule};
-use crate::gcode::{Block, Name, Step};
+use crate::gcode::{Block, Name, Step, short};
 
 use super::Dialect;
 use super::execute::Executor;
@@ -32,6 +32,9 @@ const DEBUG: u32 = 5599;
 /// Parameters from 1 that every call by an O word has for itself, and by G65.
 const CALL_LOCALS: usize = 30;
 const MACRO_LOCALS: usize = 33;
+
+/// Named parameters that are global, or of one call, at most.
+const NAMES_MAX: usize = 100_000;
 
 /// The parameter that raises an alarm.
 const ALARM: u32 = 3000;
@@ -150,11 +153,12 @@ impl Parameters {
             Target::Name(name) => name,
         };
         let names = if name.is_global() { &mut self.globals } else { &mut self.named };
-        match names.get_mut(name) {
-            Some(place) => *place = value,
-            None => {
-                names.insert(Rc::clone(name), value);
-            }
+        if let Some(place) = names.get_mut(name) {
+            *place = value;
+        } else if names.len() < NAMES_MAX {
+            names.insert(Rc::clone(name), value);
+        } else {
+            return refuse(&rules::BAD_PARAMETER, format!("more than {NAMES_MAX} names are set"));
         }
         Ok(Set::Done)
     }
@@ -250,7 +254,7 @@ impl Parameters {
         // As RS274/NGC: what is nearly whole is.
         let whole = plain(value).round();
         if (plain(value) - whole).abs() > 1e-4 || !(0.0..=f64::from(u32::MAX)).contains(&whole) {
-            let message = format!("there is no parameter #{}", plain(value));
+            let message = format!("there is no parameter #{}", short(plain(value)));
             return refuse(&rules::BAD_PARAMETER, message);
         }
         Ok(whole as u32)
@@ -287,7 +291,7 @@ impl Parameters {
                 (number.and_then(|number| self.numbered(number, executor).ok()), 1 + digits)
             };
             match value {
-                Some(value) => filled.push_str(&plain(value).to_string()),
+                Some(value) => filled.push_str(&short(plain(value))),
                 None => filled.push_str(&rest[..end]),
             }
             rest = &rest[end..];

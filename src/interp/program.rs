@@ -21,8 +21,11 @@ use super::hashed::HashedReader;
 use super::inputs::{Inputs, Opened};
 use super::lenient::{is_foreign_line, leave_out};
 
-/// Most blocks that are kept, of subprograms and of loops: about 20 MB.
+/// Most blocks that are kept, of subprograms and of loops, as [`Body::size`] counts them: about 20 MB.
 pub(super) const BLOCKS_MAX: usize = 50_000;
+
+/// Subprograms of a file at most.
+const PROGRAMS_MAX: usize = 100_000;
 
 /// Where a program begins.
 #[derive(Clone, Copy, Debug)]
@@ -219,6 +222,14 @@ impl Library {
                 break;
             }
             let Some((label, start, end, is_sub)) = beginning(&block) else { continue };
+            if spots.len() == PROGRAMS_MAX {
+                let message = format!("this file holds more than {PROGRAMS_MAX} subprograms");
+                let fault = Fault::new(&rules::SUBPROGRAM_SIZE, start, end, message);
+                let file = file_name.as_deref();
+                let place = Place { line: line.number, text: line.bytes, calls: &[], file };
+                findings.add(fault.help("put them into several files"), place);
+                break;
+            }
             let spot = Spot { offset: line.offset, line: line.number, is_sub };
             match spots.entry(label) {
                 Entry::Vacant(entry) => {
@@ -258,43 +269,33 @@ impl Library {
         while let Some(line) = reading.next(&mut lines, findings, 0)? {
             if reading.body.len() <= 1 && first.is_empty() {
                 first = line.text;
+                if let Some(fault) = other_program(&reading.block, label) {
+                    let file = reading.body.file_name.as_deref();
+                    findings
+                        .add(fault, Place { line: line.number, text: &first, calls: &[], file });
+                    return Ok(None);
+                }
             }
             returns |= ends_subprogram(&reading.block);
             if spot.is_sub && reading.linker.is_closed() {
                 break;
             }
-            if self.blocks_kept + reading.body.len() > BLOCKS_MAX {
+            if self.blocks_kept + reading.body.size() > BLOCKS_MAX {
                 reading.too_large(line.number, findings);
                 return Ok(None);
             }
         }
-        self.blocks_kept += reading.body.len();
+        self.blocks_kept += reading.body.size();
         reading.finish(findings);
         if !returns {
-            let (message, help) = self.no_return(label, file);
+            let message = format!("the subprogram {label} has no M99");
             let fault = Fault::new(&rules::MISSING_RETURN, 0, first.len() as u32, message);
             let file = reading.body.file_name.as_deref();
             let place = Place { line: spot.line, text: &first, calls: &[], file };
-            findings.add(fault.help(help), place);
+            findings.add(fault.help("end it by a block of M99"), place);
             return Ok(None);
         }
         Ok((!reading.is_faulty).then_some(reading.body))
-    }
-
-    /// Why a program has no end, and what to do. In a file of another subprogram the names differ.
-    fn no_return(&self, label: &Label, file: usize) -> (String, String) {
-        let spots = self.spots.get(file).and_then(Option::as_ref);
-        let others = spots.filter(|spots| !spots.contains_key(label));
-        match others.and_then(|spots| spots.iter().min_by_key(|(_, spot)| spot.line)) {
-            Some((other, _)) => (
-                format!("this file holds {other}, and no {label}"),
-                format!("call {other}, from a file of its name, or call the subprogram {label}"),
-            ),
-            None => {
-                let message = format!("the subprogram {label} has no M99");
-                (message, "end it by a block of M99".to_owned())
-            }
-        }
     }
 
     /// Reads the main program whole, from its first line on, for a GOTO may lead anywhere in it.
@@ -304,13 +305,13 @@ impl Library {
         let mut lines = Lines::new(HashedReader::new(&self.source), 0, 1);
         let mut reading = Reading::new(Body::new(None, 0, None), self.reading);
         while let Some(line) = reading.next(&mut lines, findings, said)? {
-            if self.blocks_kept + reading.body.len() > BLOCKS_MAX {
+            if self.blocks_kept + reading.body.size() > BLOCKS_MAX {
                 reading.too_large(line.number, findings);
                 reading.is_faulty = true;
                 break;
             }
         }
-        self.blocks_kept += reading.body.len();
+        self.blocks_kept += reading.body.size();
         reading.finish(findings);
         let body = (!reading.is_faulty).then(|| Rc::new(reading.body));
         Ok(MainText { body, lines, block: reading.block })
@@ -442,6 +443,14 @@ fn beginning(block: &Block) -> Option<(Label, u32, u32, bool)> {
     }
     let statement = block.statement().filter(|statement| statement.control == Control::Sub)?;
     Some((statement.label.clone(), statement.start, statement.end, true))
+}
+
+/// A fault of a file that is to be a subprogram, and begins with another one.
+fn other_program(block: &Block, label: &Label) -> Option<Fault> {
+    let (other, start, end, _) = beginning(block).filter(|(other, ..)| other != label)?;
+    let message = format!("this file holds {other}, and no {label}");
+    let fault = Fault::new(&rules::UNKNOWN_SUBPROGRAM, start, end, message);
+    Some(fault.help(format!("call {other}, from a file of its name, or write {label} here")))
 }
 
 /// Whether a block ends its subprogram, or the whole program.

@@ -7,7 +7,7 @@
 use std::io::{self, Read};
 use std::rc::Rc;
 
-use crate::base::{Machine, Source};
+use crate::base::{CallSite, Machine, Source};
 use crate::gcode::{Block, Fault, LINE_BYTES_MAX, Label, Lines, rules};
 
 use super::body::Body;
@@ -59,8 +59,14 @@ pub(super) enum End {
     NotText,
 }
 
-/// Moves that what is kept may make in a run: months of motion, and a minute of a check.
-const MOVES_MAX: u64 = 100_000_000;
+/// Work that what is kept may make in a run, at least: some minutes of a check. A block counts one,
+/// and one more for every [`WORK_BYTES`] of its text; a move counts [`WORK_OF_MOVE`].
+const WORK_MAX: u64 = 1_000_000_000;
+const WORK_BYTES: usize = 64;
+const WORK_OF_MOVE: u64 = 10;
+
+/// Work for each pass that loops may make, where that is more.
+const WORK_OF_PASS: u64 = 100;
 
 /// A run of a program.
 #[derive(Debug)]
@@ -79,12 +85,13 @@ pub(super) struct Run<'a> {
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
-    /// Moves that subprograms, loops and branches have made.
-    moves: u64,
+    /// Work that subprograms, loops and branches have made, and may make.
+    work: u64,
+    work_max: u64,
     pub(super) main_label: Option<Label>,
     pub(super) frames: Vec<Frame>,
-    /// The line of each call that is being run.
-    pub(super) calls: Rc<Vec<u32>>,
+    /// Where each call that is being run was made.
+    pub(super) calls: Rc<Vec<CallSite>>,
     pub(super) calls_made: u64,
     /// What is wrong with subprograms that have been passed over, until they are called.
     pub(super) passed_over: Vec<PassedOver>,
@@ -104,6 +111,7 @@ pub(super) struct PassedOver {
 impl<'a> Run<'a> {
     pub fn new(source: &Source, machine: &'a Machine, options: &Options, max: usize) -> Run<'a> {
         let text = TextOptions { block_delete: options.block_delete, lenient: options.lenient };
+        let max_passes = options.max_passes.unwrap_or(MAX_PASSES);
         Run {
             engine: Engine::new(machine, options, max),
             lines: Lines::new(HashedReader::unhashed(source), 0, 1),
@@ -115,9 +123,10 @@ impl<'a> Run<'a> {
             rest_in_program: false,
             text,
             dialect: options.dialect,
-            max_passes: options.max_passes.unwrap_or(MAX_PASSES),
+            max_passes,
             passes: 0,
-            moves: 0,
+            work: 0,
+            work_max: max_passes.saturating_mul(WORK_OF_PASS).max(WORK_MAX),
             main_label: None,
             frames: Vec::new(),
             calls: Rc::default(),
@@ -135,6 +144,7 @@ impl<'a> Run<'a> {
         if self.end != End::Running {
             return Ok(false);
         }
+        let file = self.frames.last().and_then(|frame| frame.body.file_name.clone());
         if self.frames.is_empty() {
             self.step_main(motions)?;
         } else {
@@ -142,7 +152,7 @@ impl<'a> Run<'a> {
             self.end_contour(motions);
         }
         self.engine.stop(motions);
-        self.engine.restore_after_call(&self.calls, motions);
+        self.engine.restore_after_call(&self.calls, file.as_deref(), motions);
         if self.end != End::Running {
             self.finish(motions);
         }
@@ -164,6 +174,7 @@ impl<'a> Run<'a> {
         };
         let engine = &mut self.engine;
         parse_line(&line, &mut self.block, &mut engine.faults, self.text);
+        engine.judge_delete(&self.block);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let mut flow = Flow::Next;
         if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
@@ -219,6 +230,10 @@ impl<'a> Run<'a> {
         };
         let calls = Rc::clone(&self.calls);
         let place = Place { line, text, calls: &calls, file: body.file_name.as_deref() };
+        if !self.counts_work(1 + (text.len() / WORK_BYTES) as u64, place) {
+            return Ok(());
+        }
+        self.engine.judge_delete(block);
         if block.statement().is_some() {
             self.engine.blocks += 1;
             self.engine.executor.line = line;
@@ -229,19 +244,24 @@ impl<'a> Run<'a> {
         let first = motions.len();
         let flow = self.engine.execute(block, &place, motions);
         self.engine.report(&place, true);
-        if !self.counts_moves(motions.len() - first, place) || flow == Flow::Next {
+        let made = (motions.len() - first) as u64;
+        if !self.counts_work(made * WORK_OF_MOVE, place) || flow == Flow::Next {
             return Ok(());
         }
         self.follow(flow, block, place, motions)
     }
 
-    /// Counts the moves of what may run again; false, and reported, if they are too many.
-    fn counts_moves(&mut self, made: usize, place: Place<'_>) -> bool {
-        self.moves += made as u64;
-        if self.moves <= MOVES_MAX {
+    /// Counts the work of what may run again; false, and reported, if it is too much.
+    fn counts_work(&mut self, made: u64, place: Place<'_>) -> bool {
+        self.work += made;
+        if self.work <= self.work_max {
             return true;
         }
-        let message = format!("the program makes more than {MOVES_MAX} moves up to here");
+        let message = format!(
+            "subprograms and loops have run over {} blocks up to here, a move counted as \
+             {WORK_OF_MOVE}",
+            self.work_max
+        );
         let fault = Fault::new(&rules::MAX_PASSES, 0, place.text.len() as u32, message);
         let help = "is a count of calls, of repeats or of cuts too great?";
         self.engine.findings.add(fault.help(help), place);

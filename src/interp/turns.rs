@@ -8,7 +8,7 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::rc::Rc;
 
-use crate::base::Point;
+use crate::base::{CallSite, Point};
 use crate::gcode::codes::{Stock, Turn};
 use crate::gcode::{Block, Fault, Label, rules};
 
@@ -17,6 +17,7 @@ use super::execute::Output;
 use super::findings::Place;
 use super::flow::Flow;
 use super::motion::{Motion, MoveKind};
+use super::moves::{BLOCK_MOVES_MAX, refuse_more};
 use super::run::{End, Run};
 use super::words::whole;
 
@@ -27,7 +28,7 @@ pub(super) struct Awaited {
     block: Block,
     line: u32,
     text: Vec<u8>,
-    calls: Vec<u32>,
+    calls: Vec<CallSite>,
     file: Option<String>,
     /// How many calls and loops there were before that of the contour.
     depth: usize,
@@ -89,23 +90,23 @@ impl Run<'_> {
         }
         let Some(frame) = self.frames.last() else { return Ok(()) };
         let body = Rc::clone(&frame.body);
-        let first_at = body.find(first, 0);
-        let last_at = first_at.and_then(|from| body.find(last, from));
-        let (Some(from), Some(to)) = (first_at, last_at) else {
-            let number = if first_at.is_none() { first } else { last };
-            let message = format!("there is no block N{number} around this cycle");
-            self.engine.faults.push(Fault::block(&rules::UNKNOWN_LABEL, &block, message));
-            self.engine.executor.forget_position();
-            self.engine.report(&place, true);
-            return Ok(());
+        let blocks = match contour_blocks(&body, first, last) {
+            Ok(blocks) => blocks,
+            Err(message) => {
+                self.engine.faults.push(Fault::block(&rules::UNKNOWN_LABEL, &block, message));
+                self.engine.executor.forget_position();
+                self.engine.report(&place, true);
+                return Ok(());
+            }
         };
         if stock == Stock::Finish {
-            self.run_blocks(&body, from..=to, &block, place, motions);
+            self.run_blocks(&body, blocks, &block, place, motions);
         } else {
-            self.cut_blocks((stock, &body, from..=to), &block, place, motions);
+            let last = *blocks.end();
+            self.cut_blocks((stock, &body, blocks), &block, place, motions);
             // A contour that another cycle has cut before lies behind: it is no loop.
-            if self.frames.last().is_some_and(|frame| frame.next <= to) {
-                self.go_to(to + 1);
+            if self.frames.last().is_some_and(|frame| frame.next <= last) {
+                self.go_to(last + 1);
             }
         }
         self.engine.report(&place, true);
@@ -131,6 +132,10 @@ impl Run<'_> {
                 self.leads_away(block);
             }
             self.engine.report(&here, true);
+            if motions.len() >= BLOCK_MOVES_MAX {
+                refuse_more(cycle, &mut self.engine.faults);
+                break;
+            }
         }
         self.engine.end_corner();
         let executor = &mut self.engine.executor;
@@ -192,5 +197,16 @@ impl Run<'_> {
             self.engine.turn(*turn, block, &contour, &place, motions);
         }
         self.engine.report(&place, true);
+    }
+}
+
+/// The blocks from one N word to another, or why there are none.
+fn contour_blocks(body: &Body, first: u32, last: u32) -> Result<RangeInclusive<usize>, String> {
+    let Some(from) = body.find(first, 0) else {
+        return Err(format!("there is no block N{first} around this cycle"));
+    };
+    match body.find(last, from).filter(|to| *to >= from) {
+        Some(to) => Ok(from..=to),
+        None => Err(format!("there is no block N{last} behind N{first}")),
     }
 }

@@ -3,7 +3,7 @@
 use crate::gcode::codes::{self, Code, Op};
 use crate::gcode::{Block, Call, Fault, Word, foreign, letter_bit, letter_name, rules};
 
-use super::execute::MotionMode;
+use super::execute::{MotionMode, is_error};
 use super::flow::Flow;
 
 /// Whether two codes of one group may stand in one block: mist and flood; and G80 with the motion
@@ -59,13 +59,13 @@ pub(super) fn is_told(word: &Word, faults: &[Fault]) -> bool {
 
 /// An E word: an exponent, or the extruder of a printer.
 pub(super) fn exponent(word: &Word, block: &Block) -> Fault {
-    let is_exponent = block.words().iter().any(|other| other.end == word.start);
-    let fault = |message: String| Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-    if is_exponent {
-        let help = "numbers have no exponents: write all digits";
-        return fault(format!("{word} stands in a number")).help(help);
+    if let Some(before) = block.words().iter().find(|other| other.end == word.start) {
+        let message = format!("{before}{word}: numbers have no exponents");
+        let fault = Fault::new(&rules::UNSUPPORTED_WORD, before.start, word.end, message);
+        return fault.help("write all digits");
     }
-    fault(format!("{word} means nothing here; on 3D printers: how far the extruder moves"))
+    let message = format!("{word} means nothing here; on 3D printers: how far the extruder moves");
+    Fault::word(&rules::UNSUPPORTED_WORD, word, message)
         .help("let the CAM program write for a machine tool")
 }
 
@@ -103,7 +103,7 @@ pub(super) fn machine_coordinates_alone(block: &Block, faults: &mut Vec<Fault>) 
 }
 
 /// What is nearly whole is taken for it (RS274/NGC): expressions are rounded.
-const WHOLE_WITHIN: f64 = 1e-4;
+pub(super) const WHOLE_WITHIN: f64 = 1e-4;
 
 /// The value of a word that has to be a whole number from 0 to `greatest`.
 #[inline]
@@ -164,6 +164,8 @@ pub(super) fn leads_to(op: Op, block: &Block, faults: &mut Vec<Fault>) -> Flow {
 pub(super) fn subprogram_flow(block: &Block, faults: &mut Vec<Fault>) -> Flow {
     match block.word(b'P') {
         Some(number) => repeated_call(number, block, faults),
+        // What its P is has been said.
+        None if faults.iter().any(is_error) => Flow::Next,
         None => {
             let message = "there is no P that says which subprogram to run";
             let fault = Fault::block(&rules::MISSING_WORD, block, message);

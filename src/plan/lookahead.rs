@@ -45,6 +45,7 @@ pub enum Ahead {
 
 /// An item whose speeds are decided.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly all items are pieces")]
 pub enum Decided {
     /// A piece of the path.
     Piece {

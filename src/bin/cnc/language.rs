@@ -28,7 +28,7 @@ pub struct LanguageArgs {
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct SubprogramArgs {
     /// A further folder below which subprograms may lie in files of their own [always: the
-    /// program's folder]
+    /// program's folder; of standard input the working directory]
     #[arg(long, value_name = "DIR")]
     pub include: Vec<PathBuf>,
     /// Most passes of all loops together [default: 10000000]
@@ -60,18 +60,16 @@ impl ValueEnum for DialectArg {
 impl LanguageArgs {
     /// The options of a run of the program in a file.
     pub fn options(&self, file: &Path) -> interp::Options {
-        let own = file.parent().filter(|_| file != Path::new("-"));
-        let own =
-            own.map(
-                |folder| {
-                    if folder == Path::new("") { PathBuf::from(".") } else { folder.to_owned() }
-                },
-            );
+        // Standard input, as a bare name, is of the working directory.
+        let own = match file.parent() {
+            Some(folder) if folder != Path::new("") => folder.to_owned(),
+            _ => PathBuf::from("."),
+        };
         interp::Options {
             dialect: self.dialect.0,
             block_delete: self.block_delete,
             lenient: self.lenient,
-            folders: own.into_iter().chain(self.subprograms.include.iter().cloned()).collect(),
+            folders: [own].into_iter().chain(self.subprograms.include.iter().cloned()).collect(),
             max_passes: self.subprograms.max_passes,
             ..Default::default()
         }

@@ -22,8 +22,7 @@ pub fn diagnostics<'a>(
     for diagnostic in diagnostics {
         if diagnostic.severity == Severity::Error || !global.quiet {
             // Nothing can be said to a standard error that is gone.
-            let name = diagnostic.file.as_deref().unwrap_or(source_name);
-            let _ = writeln!(out, "{}\n", draw(name, diagnostic, &renderer));
+            let _ = writeln!(out, "{}\n", draw(source_name, diagnostic, &renderer));
         }
     }
 }
@@ -89,12 +88,13 @@ fn use_color(global: &Global) -> bool {
     }
 }
 
-fn draw(source_name: &str, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
+fn draw(program_name: &str, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
     let title = level.primary_title(&diagnostic.message).id(diagnostic.rule);
+    let source_name = diagnostic.file.as_deref().unwrap_or(program_name);
     let mut group = if diagnostic.text.trim().is_empty() {
         let line = diagnostic.span.line as usize;
         let column = diagnostic.column() as usize;
@@ -103,13 +103,27 @@ fn draw(source_name: &str, diagnostic: &Diagnostic, renderer: &Renderer) -> Stri
         snippet(title, source_name, diagnostic)
     };
     if !diagnostic.calls.is_empty() {
-        let lines: Vec<String> = diagnostic.calls.iter().map(u32::to_string).collect();
-        group = group.element(Level::NOTE.message(format!("called on line {}", lines.join(", "))));
+        group = group.element(Level::NOTE.message(called(program_name, diagnostic)));
     }
     if let Some(help) = &diagnostic.help {
         group = group.element(Level::HELP.message(help));
     }
     renderer.render(&[group])
+}
+
+/// Where the calls that led to a fault were made: lines, with their files where these differ.
+fn called(program_name: &str, diagnostic: &Diagnostic) -> String {
+    let calls = &diagnostic.calls;
+    let is_within = |file: &Option<String>| *file == diagnostic.file;
+    if calls.iter().all(|call| is_within(&call.file)) {
+        let lines: Vec<String> = calls.iter().map(|call| call.line.to_string()).collect();
+        return format!("called on line {}", lines.join(", "));
+    }
+    let places = calls.iter().map(|call| {
+        let file = call.file.as_deref().unwrap_or(program_name);
+        format!("{file}:{}", call.line)
+    });
+    format!("called at {}", places.collect::<Vec<String>>().join(", "))
 }
 
 /// The line with the words at fault marked. Of a long line only the surroundings are there: its

@@ -31,18 +31,23 @@ fn lines_become_words() {
     check("N7 g r P100 L2", "GR N7 P100 L2", &[]);
     check("O5 GR100", "GR100 O5", &[]);
     check("G1 (\u{e4}\u{f6}) X1", "G1 X1", &[]);
-    check("x#1 y-#<A b>z[1+2]", "X[#1] Y[-[#<ab>]] Z[[1 + 2]]", &[]);
-    check("#1=2+3 ##2=#1 *", "#1=[2 + 3] #[#2]=#1", &[]);
+    check("x#1 y-#<A b>z[1+2]", "X#1 Y-#<ab> Z[1 + 2]", &[]);
+    check("#1=2+3 ##2=#1 *", "#1=2 + 3 ##2=#1", &[]);
     check("N5 o<Name> call [1] [#2]", "N5 O<name> CALL [1] [#2]", &[]);
-    check("o 10 while[#1 lt 5](c)", "O10 WHILE [[#1 LT 5]]", &[]);
-    check("IF[#1EQ2]GOTO10", "IF [[#1 EQ 2]] GOTO [10]", &[]);
+    check("o 10 while[#1 lt 5](c)", "O10 WHILE [#1 LT 5]", &[]);
+    check("IF[#1EQ2]GOTO10", "IF [#1 EQ 2] GOTO [10]", &[]);
     check("IF [#1] THEN #2=3", "IF [#1] THEN #2=3", &[]);
     check("N7 WHILE [1] DO2", "N7 WHILE [1] DO2", &[]);
     check("END2", "END2", &[]);
-    check("G X COS[0]", "X[COS[0]]", &["missing-number"]);
+    check("G X COS[0]", "XCOS[0]", &["missing-number"]);
     check("G0 @ 5 ^-30 S100 $0", "G0 @5 ^-30 S100 $0", &[]);
-    check("o#1 call [2]", "O[#1] CALL [2]", &[]);
-    check("X#<_ini[a]b> Y1", "X[#<_ini[a]b>] Y1", &[]);
+    check("o#1 call [2]", "O#1 CALL [2]", &[]);
+    check("X#<_ini[a]b> Y1", "X#<_ini[a]b> Y1", &[]);
+    check("G[ROUND[1]] X[5] YROUND[2] Z-[-#1]", "G[ROUND[1]] X[5] Y[ROUND[2]] Z[--#1]", &[]);
+    let deep = format!("X{}2 #1={}#1", "#".repeat(63), "-".repeat(62));
+    check(&deep, &deep, &[]);
+    let long = format!("X[1{}]", " + 1".repeat(100));
+    check(&long, &long, &[]);
     check("G65 P1 I1 K2 I3", "G65 P1 I1 K2 I3", &[]);
 }
 
@@ -63,6 +68,8 @@ fn faults_are_named_and_the_rest_of_the_words_is_read() {
     check("G1 X\u{2212}5\u{a0}Y\u{2212}1", "G1", &["look-alike", "look-alike", "look-alike"]);
     check("G\u{ff11} \u{425}10 Y5", "Y5", &["look-alike", "look-alike"]);
     check("G1 *X1", "G1", &["bad-character"]);
+    check("G0 X1O5 Y1O", "G0 X1", &["look-alike", "look-alike"]);
+    check("N10O100 X1 O5", "N10 O100 X1", &["repeated-word"]);
     check("% G1", "%", &["bad-character"]);
     check("G1 X#", "G1", &["expression"]);
     check("#1 5", "", &["expression"]);
@@ -100,6 +107,54 @@ fn any_number() -> impl Strategy<Value = f64> {
     ]
 }
 
+fn parameter() -> impl Strategy<Value = String> {
+    prop_oneof!["#[1-9]", "##[1-9]", "#<[a-z]{1,3}>", expression().prop_map(|e| format!("#[{e}]"))]
+}
+
+/// An expression with more brackets, signs and blanks than it needs.
+fn expression() -> impl Strategy<Value = String> {
+    let leaf = prop_oneof!["[0-9]{1,3}\\.?[0-9]?", "#[1-9]", "# <a b>", "EXISTS\\[#<a>\\]"];
+    leaf.prop_recursive(5, 24, 3, |inner| {
+        let operators = "\\*\\*| ?[-+*/] ?| MOD |EQ|NE|GT|ge|LT|LE| AND | or |XOR";
+        let functions = "ABS|ACOS|ASIN|COS|EXP|FIX|FUP|LN|round|SIN|SQRT|TAN";
+        let inner = (inner, "[-+]?").prop_map(|(value, sign)| sign + &value);
+        let inner = inner.boxed();
+        prop_oneof![
+            inner.clone().prop_map(|e| format!("[{e}]")),
+            (inner.clone(), operators, inner.clone()).prop_map(|(a, op, b)| a + &op + &b),
+            (functions, inner.clone()).prop_map(|(function, e)| format!("{function}[{e}]")),
+            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("ATAN[{a}]/[{b}]")),
+            inner.prop_map(|e| format!("#[{e}]")),
+        ]
+    })
+}
+
+/// What may stand behind a letter.
+fn value() -> impl Strategy<Value = String> {
+    let brackets = expression().prop_map(|e| format!("[{e}]"));
+    prop_oneof![any_number().prop_map(|number| number.to_string()), parameter(), brackets]
+        .prop_flat_map(|value| "[-+]?".prop_map(move |sign| sign + &value))
+}
+
+fn statement() -> impl Strategy<Value = String> {
+    let keywords = "sub|endsub|return|call|if|elseif|else|endif|while|endwhile|do|repeat|endrepeat|\
+                    break|continue";
+    let values = || {
+        proptest::collection::vec(expression(), 0..3)
+            .prop_map(|list| list.into_iter().map(|e| format!(" [{e}]")).collect::<String>())
+    };
+    prop_oneof![
+        ("o(<a>|7)", keywords, values())
+            .prop_map(|(label, keyword, e)| label + " " + &keyword + &e),
+        (value(), values()).prop_map(|(number, e)| format!("o{number} call{e}")),
+        value().prop_map(|target| format!("GOTO{target}")),
+        (expression(), value()).prop_map(|(e, target)| format!("IF [{e}] GOTO {target}")),
+        expression().prop_map(|e| format!("IF [{e}] THEN")),
+        expression().prop_map(|e| format!("WHILE [{e}] DO2")),
+        "(DO|END)[1-3]",
+    ]
+}
+
 proptest! {
     #[test]
     fn a_printed_block_reads_back(
@@ -117,13 +172,17 @@ proptest! {
     }
 
     #[test]
-    fn a_printed_statement_reads_back(
-        words in proptest::collection::vec(
-            "[XYZ](#[1-9]|\\[#<a>[-+*/][0-9]\\]|[0-9])|#[1-9]=[-0-9#]{1,2}|o<a> (sub|call \\[1\\]|endsub \\[#1\\]|repeat\\[2\\])|IF\\[#1\\]GOTO5|DO1|N5",
-            0..3,
-        ),
+    fn a_printed_line_reads_back(
+        words in proptest::collection::vec(("[A-MP-Z@^]", value()), 0..4),
+        statement in proptest::option::of(statement()),
+        sets in proptest::collection::vec((parameter(), expression()), 0..3),
     ) {
-        let (block, faults) = read(words.join(" ").as_bytes());
+        let mut line: Vec<String> = match statement {
+            Some(statement) => vec![statement],
+            None => words.into_iter().map(|(letter, value)| letter + &value).collect(),
+        };
+        line.extend(sets.into_iter().map(|(parameter, value)| format!("{parameter}={value}")));
+        let (block, faults) = read(line.join(" ").as_bytes());
         prop_assume!(faults.is_empty());
         let (again, faults) = read(block.to_string().as_bytes());
         prop_assert_eq!(faults.len(), 0, "{}", block);

@@ -254,8 +254,29 @@ fn is_joined(first: &Piece, second: &Piece) -> Option<()> {
     (length(minus(second.start, first.end)) < SAME).then_some(())
 }
 
-/// Most steps in which a contour is moved aside.
-const STEPS_MAX: u32 = 10_000;
+pub(super) const NO_ROOM: &str = "it leaves no room for what is to be left on it";
+const TOO_LONG: &str =
+    "no end of its cuts is found: is it closed, or are passes or pieces too many?";
+
+/// Pieces that a cycle may look at while it is worked out: a second's work.
+const LOOKS_MAX: usize = 10_000_000;
+
+/// How many pieces a cycle may still look at.
+#[derive(Debug)]
+pub(super) struct Budget(usize);
+
+impl Budget {
+    pub fn new() -> Budget {
+        Budget(LOOKS_MAX)
+    }
+
+    /// Takes note of a look at so many pieces.
+    pub fn spend(&mut self, pieces: usize) -> Result<(), &'static str> {
+        // What is done for no piece takes its time too.
+        self.0 = self.0.checked_sub(pieces + 1).ok_or(TOO_LONG)?;
+        Ok(())
+    }
+}
 
 /// Gives all corners their arcs and lines; none where there is no room for one.
 pub(super) fn finish_corners(pieces: &mut Vec<Piece>) -> Option<()> {
@@ -299,36 +320,39 @@ impl Piece {
 }
 
 /// Moves a contour aside by a distance, away from the side that its first piece comes from. That
-/// first piece leads in: it only gets a new end. None where the contour leaves no room.
-pub(super) fn offset(pieces: &mut Vec<Piece>, distance: f64) -> Option<()> {
-    let [lead, .., last] = pieces.as_slice() else { return None };
+/// first piece leads in: it only gets a new end. Fails where the contour leaves no room.
+pub(super) fn offset(
+    pieces: &mut Vec<Piece>,
+    distance: f64,
+    budget: &mut Budget,
+) -> Result<(), &'static str> {
+    let [lead, .., last] = pieces.as_slice() else { return Err(NO_ROOM) };
     let side = cross(minus(last.start, lead.start), minus(lead.end, lead.start));
     let distance = if side < 0.0 { -distance } else { distance };
     let mut lead = pieces.remove(0);
     let mut moved = 0.0_f64;
-    let mut steps = 0;
     while (distance - moved).abs() > 0.0 {
-        steps += 1;
+        budget.spend(pieces.len())?;
         let room = pieces.iter().map(Piece::room).fold(f64::INFINITY, f64::min) / 2.0;
         let by = room.min((distance - moved).abs()).copysign(distance);
-        if pieces.is_empty() || steps > STEPS_MAX || moved + by == moved {
-            return None;
+        if pieces.is_empty() || moved + by == moved {
+            return Err(NO_ROOM);
         }
         for piece in pieces.iter_mut() {
             piece.offset(by);
         }
         pieces.retain(|piece| piece.room() >= SHORT);
         fill_gaps(pieces, by, distance > 0.0);
-        join_all(pieces)?;
+        join_all(pieces, budget)?;
         moved += by;
     }
     for at in 1..pieces.len() {
         let point = middle(pieces[at - 1].end, pieces[at].start);
         (pieces[at - 1].end, pieces[at].start) = (point, point);
     }
-    lead.end = pieces.first()?.start;
+    lead.end = pieces.first().ok_or(NO_ROOM)?.start;
     pieces.insert(0, lead);
-    Some(())
+    Ok(())
 }
 
 /// Goes round outside corners that a step aside has opened.
@@ -352,25 +376,27 @@ fn fill_gaps(pieces: &mut Vec<Piece>, by: f64, ccw: bool) {
 }
 
 /// Joins all pieces; those that have shrunk to nothing, or that go back, are left out.
-fn join_all(pieces: &mut Vec<Piece>) -> Option<()> {
+fn join_all(pieces: &mut Vec<Piece>, budget: &mut Budget) -> Result<(), &'static str> {
     let mut at = 0;
     while at + 1 < pieces.len() {
+        budget.spend(0)?;
         if !pieces[at].is_monotonic() {
-            let before = at.checked_sub(1)?;
+            let before = at.checked_sub(1).ok_or(NO_ROOM)?;
             pieces.remove(if pieces[at].room() < pieces[before].room() { at } else { before });
             at = 0;
         }
         if pieces.len() < 2 {
-            return None;
+            return Err(NO_ROOM);
         }
         if pieces[at].room() < SHORT {
             pieces.remove(at);
             at = 0;
         } else {
             let (first, second) = pieces.split_at_mut(at + 1);
-            join(first.last_mut()?, second.first_mut()?)?;
+            let ends = first.last_mut().zip(second.first_mut());
+            ends.and_then(|(first, second)| join(first, second)).ok_or(NO_ROOM)?;
         }
         at += 1;
     }
-    Some(())
+    Ok(())
 }

@@ -14,8 +14,8 @@
 use crate::gcode::codes::Pockets;
 
 use super::profile::{
-    Piece, QUARTER, Round, Turning, Vector, after, finish_corners, length, minus, mirrors, offset,
-    plus, turned, undone,
+    Budget, Piece, QUARTER, Round, Turning, Vector, after, finish_corners, length, minus, mirrors,
+    offset, plus, turned, undone,
 };
 
 /// Ends of arcs nearer than this are one point.
@@ -23,6 +23,9 @@ const SHORT: f64 = 1e-3;
 
 /// Levels nearer than this are one.
 const SAME: f64 = 1e-6;
+
+/// What a pass costs of the budget: one that finds no end makes no moves to be counted.
+const LOOKS_OF_PASS: usize = 100;
 
 /// Most moves of one cycle.
 const MOVES_MAX: usize = 200_000;
@@ -55,6 +58,7 @@ pub(super) struct Turned {
     pub pieces: Vec<Piece>,
     back: Turning,
     pub ways: Vec<Way>,
+    pub budget: Budget,
 }
 
 type Done = Result<(), &'static str>;
@@ -70,7 +74,8 @@ impl Turned {
     }
 
     fn of(pieces: &[Piece]) -> Turned {
-        Turned { pieces: pieces.to_vec(), back: [[1.0, 0.0], [0.0, 1.0]], ways: Vec::new() }
+        let (back, ways) = ([[1.0, 0.0], [0.0, 1.0]], Vec::new());
+        Turned { pieces: pieces.to_vec(), back, ways, budget: Budget::new() }
     }
 
     pub fn turn(&mut self, turning: &Turning) {
@@ -121,7 +126,6 @@ impl Turned {
     }
 }
 
-const NO_ROOM: &str = "it leaves no room for what is to be left on it";
 const NO_CORNER: &str = "a corner leaves no room for its fillet or chamfer (A, C)";
 const GOES_BACK: &str = "it goes back on its way, so that no cut from one side reaches it";
 
@@ -143,7 +147,7 @@ pub(super) fn finish(
         let [first, last] = distances;
         let distance = f64::from(pass) * (first - last) / f64::from(passes) + last;
         let mut pieces = contour.pieces.clone();
-        offset(&mut pieces, distance).ok_or(NO_ROOM)?;
+        offset(&mut pieces, distance, &mut contour.budget)?;
         let Some((lead, rest)) = pieces.split_first() else { continue };
         contour.straight(lead.start, true)?;
         contour.straight(lead.end, true)?;
@@ -165,7 +169,7 @@ pub(super) fn rough(
         contour.turn(&QUARTER);
     }
     contour.prepare()?;
-    offset(&mut contour.pieces, words.distance).ok_or(NO_ROOM)?;
+    offset(&mut contour.pieces, words.distance, &mut contour.budget)?;
     contour.pieces.iter_mut().for_each(|piece| piece.shift(words.shift));
     let start = contour.pieces.first().map_or(start, |lead| lead.start);
     contour.straight(start, true)?;
@@ -211,12 +215,8 @@ impl Turned {
         let top = |tops: &[f64]| tops.last().copied().unwrap_or_default();
         let depth = words.depth.max(2.0 * SAME);
         let mut level = top(tops);
-        let mut passes = 0;
         while at < self.pieces.len() {
-            passes += 1;
-            if passes > MOVES_MAX {
-                return Err("the cycle finds no end");
-            }
+            self.budget.spend(LOOKS_OF_PASS)?;
             level -= ((level - SAME - location[1]) / depth).ceil().max(0.0) * depth;
             if self.dive(at, &mut location, level)? {
                 if words.pockets == Pockets::Leave {
@@ -257,6 +257,7 @@ impl Turned {
         words: &Roughing,
     ) -> Result<bool, &'static str> {
         for piece in *at..self.pieces.len() {
+            self.budget.spend(0)?;
             let found = self.pieces[piece].meets_level(location[1]);
             let end = if piece == *at { found.last() } else { found.first() };
             let Some(end) = end.copied() else { continue };

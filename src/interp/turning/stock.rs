@@ -72,6 +72,7 @@ impl Turned {
         }
         let mut level = start[1] - words.depth;
         while level > lead.end[1] + 1e-9 {
+            self.budget.spend(self.pieces.len())?;
             let met = self
                 .pieces
                 .iter()

@@ -129,10 +129,8 @@ impl<'a> Rounding<'a> {
         if !offer.ends_lane {
             return false;
         }
-        if offer.follows {
-            if self.is_before_break(&offer.end, self.lane) {
-                return true;
-            }
+        if offer.follows && self.is_before_break(&offer.end, self.lane) {
+            return true;
         }
         self.sweep(offer.end, next).is_none()
     }

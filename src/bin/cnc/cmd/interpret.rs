@@ -3,7 +3,9 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline};
+use cnc::base::{
+    Axis, AxisMap, CallSite, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline,
+};
 use cnc::gcode::rules;
 use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
 
@@ -79,9 +81,9 @@ struct ErrorLine<'a> {
     message: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     help: Option<&'a str>,
-    /// Lines of the calls that led there, outermost first.
-    #[serde(skip_serializing_if = "<[u32]>::is_empty")]
-    calls: &'a [u32],
+    /// The calls that led there, outermost first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    calls: Vec<CallLine<'a>>,
     /// The file of a subprogram, where it is not the program's own.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a str>,
@@ -89,6 +91,20 @@ struct ErrorLine<'a> {
     /// fit, in mm or degrees; the first is greater than the last where the part is too large.
     #[serde(skip_serializing_if = "Option::is_none")]
     shift_mm: Option<[f64; 2]>,
+}
+
+/// Where a call was made.
+#[derive(serde::Serialize)]
+struct CallLine<'a> {
+    line: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<&'a str>,
+}
+
+impl CallLine<'_> {
+    fn of(call: &CallSite) -> CallLine<'_> {
+        CallLine { line: call.line, file: call.file.as_deref() }
+    }
 }
 
 fn write_error(out: &mut impl Write, diagnostic: &Diagnostic, checked: &Checked) -> io::Result<()> {
@@ -102,7 +118,7 @@ fn write_error(out: &mut impl Write, diagnostic: &Diagnostic, checked: &Checked)
         column: diagnostic.column(),
         message: &diagnostic.message,
         help: diagnostic.help.as_deref(),
-        calls: &diagnostic.calls,
+        calls: diagnostic.calls.iter().map(CallLine::of).collect(),
         file: diagnostic.file.as_deref(),
         shift_mm: axis.and_then(|axis| checked.summary.shifts_mm[axis]),
     };
