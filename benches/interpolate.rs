@@ -1,10 +1,13 @@
-//! Planning and interpolating, with and without writing the dump: million ticks a second.
+//! Planning and interpolating, with and without writing the dump: million ticks a second; planning
+//! alone: segments a second; and all of it from text to dump: blocks a second. The reference of
+//! ticks is a plain digital differential analyser at constant speed, of a program its check.
 
 use std::convert::Infallible;
 use std::hint::black_box;
 
-use cnc::base::{Axis, Command, Machine, Plane, Point};
-use cnc::path::{Arc, Curve, PathItem, Segment};
+use cnc::base::{Axis, AxisMap, Command, Machine, Plane, Point, Source, Tick};
+use cnc::interp::{self, Options};
+use cnc::path::{self, Arc, Curve, PathItem, Segment};
 use cnc::plan::{self, Feed, Seams};
 use cnc::step;
 use cnc::tape::{Encoding, Header, Origin, Writer};
@@ -55,8 +58,16 @@ fn count(segments: &[Segment], machine: &Machine) -> u64 {
 }
 
 fn write(segments: &[Segment], machine: &Machine) {
+    let mut writer = Writer::new(std::io::sink(), &header(machine)).expect("a sink takes all");
+    for command in commands(segments, machine) {
+        writer.command(&command).expect("a sink takes all");
+    }
+    writer.finish().expect("a sink takes all");
+}
+
+fn header(machine: &Machine) -> Header {
     let origin = |name: &str| Origin { name: name.to_owned(), sha256: [0; 32] };
-    let header = Header {
+    Header {
         tool: "bench".to_owned(),
         program: origin("bench"),
         inputs: Vec::new(),
@@ -66,10 +77,60 @@ fn write(segments: &[Segment], machine: &Machine) {
         steps_per_mm: machine.axes.iter().map(|axis| (axis.axis, axis.steps_per_mm)).collect(),
         start_steps: machine.nearest_steps(&machine.work_zero_mm),
         encoding: Encoding::Counts,
-    };
-    let mut writer = Writer::new(std::io::sink(), &header).expect("a sink takes all");
-    for command in commands(segments, machine) {
-        writer.command(&command).expect("a sink takes all");
+    }
+}
+
+/// The reference: each axis adds its way of a tick and rounds, in as many ticks.
+fn dda(segments: &[Segment], machine: &Machine, ticks: u64) -> i64 {
+    let (mut at, mut steps, mut sum) = (machine.work_zero_mm, AxisMap::<i64>::default(), 0);
+    let each = ticks / segments.len() as u64;
+    for segment in segments {
+        let way = AxisMap::from_fn(|axis| segment.to_mm[axis] - segment.from_mm[axis]);
+        let by = AxisMap::from_fn(|axis| way[axis] / each as f64);
+        for _ in 0..each {
+            let mut tick = Tick { buffer: 0, line: segment.line, ..Tick::default() };
+            for profile in &machine.axes {
+                let axis = profile.axis;
+                at[axis] += by[axis];
+                let next = (at[axis] * profile.steps_per_mm).round_ties_even() as i64;
+                tick.counts[axis] = (next - steps[axis]) as i32;
+                steps[axis] = next;
+            }
+            sum += i64::from(black_box(tick).counts[Axis::X]);
+        }
+    }
+    sum
+}
+
+/// Planning alone.
+fn profiles(segments: &[Segment], machine: &Machine) -> usize {
+    let start = machine.work_zero_mm;
+    let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+    plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start).map(black_box).count()
+}
+
+/// A circle in chords of 0.1 to 0.5 mm.
+fn chords(count: u32) -> String {
+    let (mut text, mut angle_rad) = (String::from("G21 G90 F1200\n"), 0.0_f64);
+    for k in 0..count {
+        angle_rad += (0.1 + 0.4 * f64::from(k * 7919 % 1000) / 1000.0) / 30.0;
+        let [x, y] = [30.0 * angle_rad.cos() - 30.0, 30.0 * angle_rad.sin()];
+        text += &format!("G1 X{x:.3} Y{y:.3}\n");
+    }
+    text + "M30\n"
+}
+
+/// From text to dump, in two passes as the command does it.
+fn text_to_dump(source: &Source, machine: &Machine) {
+    let options = Options::default();
+    let checked = interp::check(source, machine, &options, 10).expect("it can be read");
+    assert_eq!(checked.errors, 0);
+    let path = path::segments(interp::motions(source, machine, &options), machine);
+    let start = machine.work_zero_mm;
+    let plan = plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start);
+    let mut writer = Writer::new(std::io::sink(), &header(machine)).expect("a sink takes all");
+    for command in step::interpolate(plan, machine, start) {
+        writer.command(&command.expect("it was checked")).expect("a sink takes all");
     }
     writer.finish().expect("a sink takes all");
 }
@@ -83,10 +144,31 @@ fn interpolate(criterion: &mut Criterion) {
         ("short lines", there_and_back(line([0.05, 0.02, 0.0], &machine), 20_000)),
     ];
     for (name, segments) in cases {
-        group.throughput(Throughput::Elements(count(&segments, &machine)));
+        let ticks = count(&segments, &machine);
+        group.throughput(Throughput::Elements(ticks));
         group.bench_function(format!("{name}, ticks"), |b| b.iter(|| count(&segments, &machine)));
         group.bench_function(format!("{name}, dump"), |b| b.iter(|| write(&segments, &machine)));
+        if name == "long lines" {
+            group.bench_function("DDA of long lines, ticks", |b| {
+                b.iter(|| dda(&segments, &machine, ticks));
+            });
+        }
     }
+    group.finish();
+    let mut group = criterion.benchmark_group("plan");
+    let router = Machine::load("router").expect("a built-in profile");
+    let straight = there_and_back(line([0.3, 0.2, 0.0], &router), 100_000);
+    group.throughput(Throughput::Elements(straight.len() as u64)).sample_size(10);
+    group.bench_function("segments", |b| b.iter(|| profiles(&straight, &router)));
+    group.finish();
+    let mut group = criterion.benchmark_group("text");
+    const BLOCKS: u32 = 100_000;
+    let source = Source::memory("bench.nc", chords(BLOCKS).into_bytes());
+    group.throughput(Throughput::Elements(BLOCKS.into())).sample_size(10);
+    group.bench_function("blocks, checked", |b| {
+        b.iter(|| interp::check(&source, &router, &Options::default(), 10));
+    });
+    group.bench_function("blocks, to dump", |b| b.iter(|| text_to_dump(&source, &router)));
     group.finish();
 }
 

@@ -140,9 +140,27 @@ fn right_angle(tolerance_mm: Option<f64>, feed_mm_min: f64) -> [Leg; 2] {
     [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0]].map(|by_mm| Leg { by_mm, feed_mm_min, arc: None, corner })
 }
 
+/// A machine whose accelerations may change at once.
+fn without_jerk(name: &str) -> Machine {
+    let mut machine = load(name);
+    machine.axes.iter_mut().for_each(|axis| axis.jerk_max_mm_s3 = None);
+    machine
+}
+
+/// Where turning takes jerk, a narrow curve is no gain, and a wide one is.
+#[test]
+fn limited_jerk_asks_for_wider_curves() {
+    let machine = load("router");
+    let ticks_at = |mm| check(&right_angle(Some(mm), 3000.0), &machine).unwrap();
+    let [narrow, exact] = ticks_at(0.01);
+    assert_eq!(narrow, exact);
+    let [wide, exact] = ticks_at(1.0);
+    assert!(wide < exact, "{wide} ticks, exact {exact}");
+}
+
 #[test]
 fn a_right_angle_uses_its_tolerance() {
-    let machine = load("router");
+    let machine = without_jerk("router");
     let mut before = usize::MAX;
     for mm in [0.0, 0.01, 0.1, 1.0] {
         let legs = right_angle(Some(mm), 12_000.0);
@@ -170,7 +188,7 @@ fn a_right_angle_uses_its_tolerance() {
 /// What is cut off under a wide tolerance is no path under a narrow one, nor under G61.
 #[test]
 fn verify_allows_what_the_program_does() {
-    let machine = load("router");
+    let machine = without_jerk("router");
     let segments = |mm: f64| segments(&right_angle(Some(mm), 6000.0), &machine, false);
     let ticks = ticks(&segments(0.1), &machine);
     for (mm, verdict) in [(0.0, Verdict::Fail), (0.09, Verdict::Fail), (0.1, Verdict::Pass)] {

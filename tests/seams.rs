@@ -95,6 +95,8 @@ proptest! {
         const ROUNDING_TICKS: u32 = 3;
         let mut machine = Machine::load("starmill").unwrap();
         machine.bus.buffer_ticks = 100;
+        // With a limit on jerk the choice goes by a bound of what stops take.
+        machine.axes.iter_mut().for_each(|axis| axis.jerk_max_mm_s3 = None);
         let ticks_max = 96;
         let mut pen = Pen::new(&machine);
         for (x, y, kind) in &moves {
@@ -207,10 +209,8 @@ fn refills_of_two_axes_cost_a_third_less_than_those_of_all_nodes() {
         machine.bus.buffer_time(*ticks as f64, *moving).total_s()
     };
     let refills_s: f64 = buffers.iter().map(refill_s).sum();
-    // Every node in buffers as full as they can be: no choice of places takes less.
-    let ticks_max = machine.bus.motion_ticks_max().unwrap();
-    let full = (u64::from(ticks_max), Axis::LINEAR.into_iter().collect());
-    let all_s = (ticks as f64 / f64::from(ticks_max)).ceil() * refill_s(&full);
+    let all = Axis::LINEAR.into_iter().collect();
+    let all_s: f64 = buffers.iter().map(|(ticks, _)| refill_s(&(*ticks, all))).sum();
     assert!(refills_s <= 0.7 * all_s, "{refills_s} s of {all_s} s");
 }
 

@@ -567,3 +567,103 @@ fn a_turn_is_not_too_fast() {
     let report = held(&machine, &path, &job, true);
     assert_eq!(report.verdict, Verdict::Pass, "{:?}", report.failures);
 }
+
+/// Lines of X and A together, of A alone there and back, and of X alone.
+fn turning() -> Vec<PathItem> {
+    let mut path = Vec::new();
+    let mut from_mm = Point::ZERO;
+    for (line, (x, a)) in (1..).zip([(4.0, 9.0), (4.0, 40.0), (4.0, 20.0), (9.0, 20.0)]) {
+        let mut to_mm = from_mm;
+        (to_mm[Axis::X], to_mm[Axis::A]) = (x, a);
+        let (feed_mm_s, curve, corner) = (Some(10.0), Curve::Line, Default::default());
+        path.push(PathItem::Segment(Segment { line, feed_mm_s, from_mm, to_mm, curve, corner }));
+        from_mm = to_mm;
+    }
+    path
+}
+
+#[test]
+fn rotary_axes_are_held_tick_by_tick() {
+    let (machine, path) = (Machine::load("ideal").expect("built in"), turning());
+    let job = steps(&machine, &path);
+    let report = held(&machine, &path, &job, false);
+    assert_eq!(report.failures, [""; 0]);
+    let off = report.limits.iter().find(|check| check.check == "off the path").expect("A");
+    assert!(off.axis == Some(Axis::A) && off.value <= 0.5, "{off:?}");
+    // A goes ahead of X by 40 steps for 10 ticks, and back again: X, Y and Z do not show it.
+    for (line, by) in [(1, 40), (1, -40)] {
+        let mut job = job.clone();
+        let at = middle(&mut job, line);
+        let mut ticks = ticks(&mut job);
+        ticks[at].counts[Axis::A] += by;
+        ticks[at + 10].counts[Axis::A] -= by;
+        let report = held(&machine, &path, &job, true);
+        assert_eq!(report.failures.len(), 1, "{:?}", report.failures);
+        assert!(report.failures[0].starts_with("off the path A: "), "{:?}", report.failures);
+    }
+    // An axis that does not move at all.
+    let mut job = job;
+    ticks(&mut job).into_iter().for_each(|tick| tick.counts[Axis::A] = 0);
+    let report = held(&machine, &path, &job, true);
+    let found = |reason| report.failures.iter().any(|failure| failure.starts_with(reason));
+    assert!(found("off the path A") && found("end point A"), "{:?}", report.failures);
+}
+
+/// From rest to rest with one jerk, up, down, down and up, in steps and ticks.
+#[test]
+fn jerk_is_reported_and_not_judged() {
+    const PHASE_TICKS: f64 = 60.0;
+    const JERK: f64 = 0.005;
+    let cube = |t: f64| JERK * t.max(0.0).powi(3) / 6.0;
+    let at = |tick: u32| {
+        let t = f64::from(tick);
+        let shifted = |phases: f64| cube(t - phases * PHASE_TICKS);
+        (cube(t) - 2.0 * shifted(1.0) + 2.0 * shifted(3.0) - shifted(4.0)).round() as i32
+    };
+    let ticks = 1..=4 * PHASE_TICKS as u32;
+    let tick = |tick: u32| {
+        let mut counts = AxisMap::default();
+        counts[Axis::X] = at(tick) - at(tick - 1);
+        Command::Tick(Tick { buffer: 0, line: 1, counts })
+    };
+    let job: Vec<Command> = ticks.map(tick).collect();
+    let mut machine = starmill();
+    let path = Drawing::new().rapid([f64::from(at(240)) / 100.0, 0.0, 0.0]).path;
+    let mm_s3 = JERK / 100.0 / machine.bus.tick_s().powi(3);
+    for (limit, verdict) in [(1.1 * mm_s3, Verdict::Pass), (0.5 * mm_s3, Verdict::Reported)] {
+        machine.axes[0].jerk_max_mm_s3 = Some(limit);
+        let report = held(&machine, &path, &job, false);
+        assert_eq!(report.failures, [""; 0]);
+        let jerk = report.limits.iter().find(|check| check.check == "jerk").expect("X");
+        // Rounding takes off up to 8 of 40 steps of the third difference over 3 times 20 ticks.
+        assert!((0.8 * mm_s3..=mm_s3).contains(&jerk.value), "{jerk:?} of {mm_s3}");
+        assert_eq!(jerk.verdict, verdict);
+    }
+}
+
+/// In the middle of a straight block no axis may make a step of speed: 1.21 steps/tick² it is, and
+/// what rounding does.
+#[test]
+fn a_ramp_that_is_too_steep_fails_where_nothing_turns() {
+    let machine = starmill();
+    for (accel, is_sound) in [(1.2, true), (1.4, false)] {
+        let speeds = [(60, 0.0), (12, accel), (60, 0.0), (14, -1.0)];
+        let (mut speed, mut at, mut steps) = (2.0_f64, 0.0_f64, 0);
+        let mut job = Vec::new();
+        for accel in speeds.into_iter().flat_map(|(ticks, accel)| std::iter::repeat_n(accel, ticks))
+        {
+            speed += accel;
+            at += speed;
+            let count = at.round() as i32 - steps;
+            steps += count;
+            let mut counts = AxisMap::default();
+            counts[Axis::X] = count;
+            counts[Axis::Y] = steps / 2 - (steps - count) / 2;
+            job.push(Command::Tick(Tick { buffer: 0, line: 1, counts }));
+        }
+        let way = [f64::from(steps) / 100.0, f64::from(steps / 2) / 100.0, 0.0];
+        let report = held(&machine, &Drawing::new().rapid(way).path, &job, false);
+        let is_steep = |failure: &String| failure.starts_with("acceleration X");
+        assert_eq!(!report.failures.iter().any(is_steep), is_sound, "{:?}", report.failures);
+    }
+}

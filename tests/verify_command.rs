@@ -105,24 +105,54 @@ fn a_sound_dump_passes() {
     assert_eq!(bench.run(&[]).0, 0);
 }
 
+/// Each key of the header, and the rows.
 #[test]
-fn a_broken_seal_is_refused_with_its_reason() {
+fn what_was_changed_is_refused_with_its_reason() {
+    let input = format!("# inputs: t.csv sha256:{}\n", "0".repeat(64));
     for (from, to, reason) in [
         ("\n10,0,", "\n10,0,1", "changed"),
         ("\n10,0,", "\n11,0,", "tick 11 where 10 belongs"),
+        ("# cnc-dump: 1", "# cnc-dump: 9", "version 9"),
+        ("# cnc-dump: 1", "G0 X1", "no command dump"),
+        ("# tool: cnc\n", "", "no line '# tool"),
+        ("# program: p.nc sha256:", "# program: p.nc sha256:00", "'program'"),
+        ("# inputs:\n", &input, "further file 't.csv'"),
+        ("# options: dialect=iso", "# options: dialect=iso warp=9", "warp=9"),
+        ("# options: dialect=iso", "# options: dialect=iso dialect=iso", "would write"),
+        ("# options: dialect=iso", "# options:", "would write as 'dialect=iso'"),
+        ("# options: dialect=iso", "# options: dialect=iso start=75,50,50", "would write"),
+        ("# options: dialect=iso", "# options: dialect=iso encoder=thesis", "100000 us"),
         ("# machine: starmill", "# machine: router", "made for machine 'router'"),
         ("# machine: starmill sha256:", "# machine: starmill sha256:00", "'machine'"),
         ("# tick_us: 11000", "# tick_us: 10000", "10000 us"),
         ("# steps_per_mm: X=100", "# steps_per_mm: X=200", "X=200"),
-        ("# options: dialect=iso", "# options: dialect=iso warp=9", "warp=9"),
-        ("# cnc-dump: 1", "# cnc-dump: 9", "version 9"),
-        ("# cnc-dump: 1", "G0 X1", "no command dump"),
+        ("# start_steps: X=7500", "# start_steps: X=7501", "starts at step X=7501"),
+        ("# encoding: counts", "# encoding: bytes", "no value of a bus byte"),
+        ("# end: ticks=", "# end: ticks=1", "were sealed"),
+        ("# end: ticks=", "# ende: ticks=", "1 fields where 7 belong"),
     ] {
         let bench = Bench::new();
         bench.change(from, to);
         bench.check_refused(&[], 1, reason);
         bench.check_refused(&["--json"], 1, reason);
     }
+    let bench = Bench::new();
+    fs::write(bench.file("p.csv"), dump("starmill", Encoding::Bytes)).unwrap();
+    bench.change("# encoding: bytes", "# encoding: counts");
+    bench.check_refused(&[], 1, "which is not what was sealed");
+}
+
+/// Files may be renamed, and dumps outlive the release that wrote them.
+#[test]
+fn names_in_the_header_are_labels() {
+    let bench = Bench::new();
+    bench.change("# tool: cnc\n", "# tool: cnc 0.0.9\n");
+    bench.change("# program: p.nc sha256", "# program: q, r.nc sha256");
+    assert_eq!(bench.run(&[]).0, 0);
+}
+
+#[test]
+fn a_truncated_dump_is_refused() {
     let bench = Bench::new();
     let text = fs::read_to_string(bench.file("p.csv")).unwrap();
     fs::write(bench.file("p.csv"), &text[..text.len() / 2]).unwrap();

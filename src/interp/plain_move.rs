@@ -73,7 +73,7 @@ impl Executor<'_> {
         match (self.motion, self.feed) {
             (MotionMode::Rapid, _) => Some(MoveKind::Rapid),
             (MotionMode::Line, Some(feed)) if self.feed_mode == FeedMode::PerMinute => {
-                Some(MoveKind::Line { feed_mm_min: feed.mm })
+                Some(MoveKind::Line { feed_mm_min: feed.mm * self.feed_scale() })
             }
             _ => None,
         }

@@ -15,12 +15,13 @@
 //! The curve is the cubic with these ends (Hermite's). Between lines it is a parabola, which a
 //! machine follows with one constant acceleration on each axis: in the time T = v·|t₂ - t₁| / A that
 //! the axes need at least for this change of speed, over d = v·T/2. So v² = 2·d·A/|t₂ - t₁|, by the
-//! axis that has least. No more is cut than the feed needs, never more than half of either way, and
+//! axis that has least; where jerk is limited, by what turning may take of that, too. No more is cut than the feed needs, never more than half of either way, and
 //! nothing where the corner as it is takes no more time.
 //!
-//! The curve is given in two halves, each with the line and the feed of its block. Rapids, splines and
-//! ways that move other axes than X, Y and Z keep their corners; so do events and stops. This pass
-//! knows nothing of what follows the next segment.
+//! The curve is given in two halves, each with the line and the feed of its block. Only corners between
+//! two blocks under G64 are cut; rapids, splines and ways that move other axes than X, Y and Z keep
+//! theirs, and so does whatever an event lies between. This pass knows nothing of what follows the next
+//! segment, and nothing of seams: where a buffer ends on a curve, it is the same curve.
 
 use std::collections::VecDeque;
 use std::iter::Fuse;
@@ -55,7 +56,11 @@ const ARC_MAX_RAD: f64 = 0.5;
 /// What a curve takes longer, planned in pieces, than at the one acceleration that would do.
 const PIECES_TAKE: f64 = 1.05;
 
-/// Places at which a curve is held against the path.
+/// Share of an axis's jerk for turning; the rest is for braking and speeding up in the curve.
+const TURN_JERK_SHARE: f64 = 0.5;
+
+/// Places at which a curve is held against the path. It is furthest off where the corner is, which is
+/// the middle one; what lies between two of them is less than the share left for chords.
 const SAMPLES: usize = 16;
 
 /// Rounds in which a curve beside an arc is made smaller.
@@ -212,6 +217,8 @@ struct Turn<'a> {
     change: f64,
     /// The acceleration for a change of direction: that of the axis that has least.
     change_accel_mm_s2: f64,
+    /// The jerk for turning: that of the axis that has least; infinite without a limit.
+    turn_jerk_mm_s3: f64,
     /// The greatest reach of the curve on either way, whatever it may cut off.
     reach_max_mm: f64,
     sides: [Side; 2],
@@ -251,6 +258,8 @@ impl<'a> Turn<'a> {
         let chord_mm_s2 = 8.0 * CHORD_SHARE * own_mm / (tick_s * tick_s);
         let accels =
             machine.axes.iter().map(|axis| axis.accel_max_mm_s2 / changes[axis.axis].abs());
+        let turning = machine.axes.iter().filter(|axis| changes[axis.axis] != 0.0);
+        let jerks = turning.filter_map(|axis| axis.jerk_max_mm_s3);
         let reaches = [0, 1].map(|i| (0.5 * lengths_mm[i]).min(ARC_MAX_RAD / bend(&rates[i])));
         Some(Turn {
             before,
@@ -259,6 +268,7 @@ impl<'a> Turn<'a> {
             off_max_mm: off_mm.min(off_mm.max(own_mm) - CHORD_SHARE * own_mm),
             change,
             change_accel_mm_s2: accels.fold(chord_mm_s2 / change, f64::min),
+            turn_jerk_mm_s3: TURN_JERK_SHARE * jerks.fold(f64::INFINITY, f64::min),
             reach_max_mm: reaches[0].min(reaches[1]),
             sides,
             corner_mm_s,
@@ -268,7 +278,7 @@ impl<'a> Turn<'a> {
     /// The curve, if there is one that is worth it.
     fn curve(&self) -> Option<Blend> {
         let feed_mm_s = self.sides[0].speed_mm_s.min(self.sides[1].speed_mm_s);
-        let needed_mm = SPEED_MARGIN * feed_mm_s * feed_mm_s / (2.0 * self.change_accel_mm_s2);
+        let needed_mm = SPEED_MARGIN * self.reach_for_mm(feed_mm_s);
         let mut reach_mm =
             self.reach_max_mm.min(4.0 * self.off_max_mm / self.change).min(needed_mm);
         for _ in 0..ROUNDS_MAX {
@@ -287,6 +297,25 @@ impl<'a> Turn<'a> {
         None
     }
 
+    /// The speed that a curve with this reach d can be run at: v² = 2·d·A/|t₂ - t₁| by acceleration, and
+    /// by jerk v³ = J/κ², where it is sharpest: κ = |t₂ - t₁| / (2·d·cos²) of half the angle.
+    fn speed_mm_s(&self, reach_mm: f64) -> f64 {
+        let bend_per_mm = self.change / (2.0 * reach_mm * self.cosine_sq());
+        let by_jerk_mm_s = (self.turn_jerk_mm_s3 / (bend_per_mm * bend_per_mm)).cbrt();
+        (2.0 * reach_mm * self.change_accel_mm_s2).sqrt().min(by_jerk_mm_s)
+    }
+
+    /// The reach of the curve that can be run at a speed.
+    fn reach_for_mm(&self, speed_mm_s: f64) -> f64 {
+        let bend_per_mm = (self.turn_jerk_mm_s3 / speed_mm_s.powi(3)).sqrt();
+        let by_jerk_mm = self.change / (2.0 * bend_per_mm * self.cosine_sq());
+        (speed_mm_s * speed_mm_s / (2.0 * self.change_accel_mm_s2)).max(by_jerk_mm)
+    }
+
+    fn cosine_sq(&self) -> f64 {
+        1.0 - 0.25 * self.change * self.change
+    }
+
     /// A reach that takes half of a way or leaves something of it.
     fn without_crumbs(&self, reach_mm: f64) -> f64 {
         let [a, b] = self.lengths_mm;
@@ -301,7 +330,7 @@ impl<'a> Turn<'a> {
     /// d·(1/v - 1/V). What holds for the greatest V holds for every lower one.
     fn is_worth(&self, reach_mm: f64) -> bool {
         let least_mm_s = self.sides[0].speed_mm_s.min(self.sides[1].speed_mm_s);
-        let curve_mm_s = (2.0 * reach_mm * self.change_accel_mm_s2).sqrt().min(least_mm_s);
+        let curve_mm_s = self.speed_mm_s(reach_mm).min(least_mm_s);
         let lost_s = |side: Side, low_mm_s: f64, way_mm: f64| {
             let (speed_mm_s, accel_mm_s2) = (side.speed_mm_s, side.accel_mm_s2);
             (speed_mm_s - low_mm_s).powi(2) / (2.0 * accel_mm_s2 * speed_mm_s)

@@ -48,7 +48,7 @@ impl Cost {
     /// Pads of a buffer; none if it is too long.
     pub fn pads_s(&self, start: &Place, end: &Place) -> Option<f64> {
         let ticks = start.ticks_to(end);
-        (ticks <= self.ticks_max).then(|| (self.entries - ticks) * self.pad_s)
+        (ticks <= self.ticks_max).then_some((self.entries - ticks) * self.pad_s)
     }
 
     /// Fills and pads of a buffer in which these axes move; none if it is too long.

@@ -33,11 +33,14 @@ const CHORD_SHARE: f64 = 0.5;
 /// Pieces of a segment that takes a whole buffer, at least.
 const PIECES_A_BUFFER: f64 = 64.0;
 
+/// Conditions of a piece in X, Y and Z.
+const PULLS_MOSTLY: usize = 6;
+
 /// Keeps a count below its limit whatever the rounding of positions does, in steps.
 const COUNT_MARGIN: f64 = 1e-6;
 
 /// Squares of speeds that differ by less than this share are those of the same speed.
-pub const SPEEDS_EQUAL: f64 = 1e-9;
+pub const SPEEDS_EQUAL: f64 = 1e-7;
 
 /// A piece of a segment, to be run with one change of speed.
 #[derive(Clone, Debug)]
@@ -64,7 +67,7 @@ enum Grip {
     Straight { accel_mm_s2: f64 },
     /// Conditions on the squares of the speeds at both ends of a bent piece; and the acceleration
     /// that any speed up to its greatest leaves.
-    Bent { pulls: Box<[Pull]>, accel_mm_s2: f64, bends: Box<[Point; 2]> },
+    Bent { pulls: Vec<Pull>, accel_mm_s2: f64, bends: Box<[Point; 2]> },
 }
 
 /// `from · u₀ + to · u₁` has to lie between -1 and 1.
@@ -261,17 +264,29 @@ impl Piece {
     }
 
     /// How the axes hold a piece with these derivatives at its ends, up to its greatest speed.
-    fn held(&self, ends: &[Rates; 2], machine: &Machine) -> Grip {
-        let mut pulls = Vec::with_capacity(2 * machine.axes.len());
+    fn held(&mut self, ends: &[Rates; 2], machine: &Machine) -> Grip {
+        let now = ends.each_ref().map(|rates| rates.bend_per_mm);
+        // What it was held by before lends its memory.
+        let none = Grip::Straight { accel_mm_s2: 0.0 };
+        let (mut pulls, bends) = match std::mem::replace(&mut self.grip, none) {
+            Grip::Straight { .. } => (Vec::with_capacity(PULLS_MOSTLY), Box::new(now)),
+            Grip::Bent { mut pulls, mut bends, .. } => {
+                pulls.clear();
+                *bends = now;
+                (pulls, bends)
+            }
+        };
         let fastest_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
         let mut accel_mm_s2 = f64::INFINITY;
         for profile in &machine.axes {
             let (axis, limit) = (profile.axis, profile.accel_max_mm_s2);
-            let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
-            let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
-            if t0 == 0.0 && t1 == 0.0 && b0 == 0.0 && b1 == 0.0 {
+            let rests =
+                |rates: &Rates| rates.tangent[axis] == 0.0 && rates.bend_per_mm[axis] == 0.0;
+            if ends.iter().all(rests) {
                 continue;
             }
+            let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
+            let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
             let along = 0.5 / self.length_mm;
             pulls.push(Pull { from: (b0 - t0 * along) / limit, to: t0 * along / limit });
             pulls.push(Pull { from: -t1 * along / limit, to: (b1 + t1 * along) / limit });
@@ -281,8 +296,7 @@ impl Piece {
                 accel_mm_s2 = accel_mm_s2.min((limit - across) / rate);
             }
         }
-        let bends = Box::new(ends.each_ref().map(|rates| rates.bend_per_mm));
-        Grip::Bent { pulls: pulls.into(), accel_mm_s2, bends }
+        Grip::Bent { pulls, accel_mm_s2, bends }
     }
 
     fn at_feed(segment: &Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {

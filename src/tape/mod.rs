@@ -22,6 +22,7 @@
 
 mod header;
 mod reader;
+mod rows;
 mod writer;
 
 use std::io;

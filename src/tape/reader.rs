@@ -1,19 +1,13 @@
 //! CSV → Command: streams a dump and checks on the way that it is what was sealed.
 
 use std::collections::VecDeque;
-use std::io::{self, BufRead, BufReader, Read};
+use std::ops::Range;
 use std::str::FromStr;
 
-use csv::ByteRecord;
-use sha2::{Digest, Sha256};
-
 use super::header::{axis_values, unhex};
+use super::rows::{Lines, split, without_line_end};
 use super::{Encoding, Header, MAGIC, Origin, TapeError};
-use crate::base::source::SourceReader;
 use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Source, Tick};
-
-/// Longest line that is read: no row of nine axes and its events comes near.
-const LINE_BYTES_MAX: u64 = 1 << 16;
 
 /// Most lines before the column names: what a header or the comments of another tool come near.
 const HEADER_LINES_MAX: usize = 1000;
@@ -25,9 +19,9 @@ pub struct Reader {
     header: Header,
     columns: Columns,
     sealed: bool,
-    rows: csv::Reader<Rows>,
-    record: ByteRecord,
-    lines_before: u64,
+    lines: Lines,
+    /// Fields of the row under way, where they have to be looked for.
+    fields: Vec<Range<usize>>,
     ready: VecDeque<Command>,
     /// A motionless row with events: the last one of these is no tick.
     held: Option<Tick>,
@@ -44,22 +38,22 @@ impl Reader {
     /// # Errors
     /// When the source cannot be read, is no dump, or has a header that says too little.
     pub fn open(source: Source) -> Result<Reader, TapeError> {
-        let mut input = BufReader::with_capacity(1 << 16, source.reader(0));
-        let (lines, names) = header_lines(&mut input)?;
-        let header = Header::parse(&lines)?;
-        let line = lines.len() as u64;
-        if names.is_empty() {
-            return Err(TapeError::Truncated { line });
-        }
-        if names.trim_end_matches('\n') != header.columns() {
-            let reason = if names.ends_with("\r\n") {
+        let mut lines = Lines::new(source.reader(0));
+        let (head, names) = header_lines(&mut lines)?;
+        let header = Header::parse(&head)?;
+        let line = lines.count;
+        let Some(names) = names else { return Err(TapeError::Truncated { line }) };
+        lines.hash_from(&names);
+        let found = lines.text(names.clone());
+        if without_line_end(found) != header.columns().as_bytes() || found.ends_with(b"\r\n") {
+            let reason = if found.ends_with(b"\r\n") {
                 "lines end in CR LF: a dump that was converted is not what was sealed".to_owned()
             } else {
                 format!("the columns are not '{}'", header.columns())
             };
-            return Err(TapeError::Row { line: line + 1, reason });
+            return Err(TapeError::Row { line, reason });
         }
-        Reader::new(header, input, names, line, true)
+        Reader::new(header, lines, Some(names), true)
     }
 
     /// Opens a dump of which nothing is sealed: columns named by the axis letters suffice, those
@@ -71,10 +65,10 @@ impl Reader {
     /// When the source cannot be read, has a header that is wrong, or no column of the machine's
     /// axes.
     pub fn open_unsealed(source: Source, machine: &Machine) -> Result<Reader, TapeError> {
-        let mut input = BufReader::with_capacity(1 << 16, source.reader(0));
-        let (lines, names) = header_lines(&mut input)?;
-        let header = match lines.first() {
-            Some(first) if first.starts_with(MAGIC) => Header::parse(&lines)?,
+        let mut lines = Lines::new(source.reader(0));
+        let (head, names) = header_lines(&mut lines)?;
+        let header = match head.first() {
+            Some(first) if first.starts_with(MAGIC) => Header::parse(&head)?,
             _ => Header {
                 tool: String::new(),
                 program: Origin { name: source.name().to_owned(), sha256: [0; 32] },
@@ -87,7 +81,7 @@ impl Reader {
                 encoding: Encoding::Counts,
             },
         };
-        Reader::new(header, input, names, lines.len() as u64, false)
+        Reader::new(header, lines, names, false)
     }
 
     /// What the dump says of itself.
@@ -112,28 +106,23 @@ impl Reader {
 
     fn new(
         header: Header,
-        input: BufReader<SourceReader>,
-        names: String,
-        lines_before: u64,
+        lines: Lines,
+        names: Option<Range<usize>>,
         sealed: bool,
     ) -> Result<Reader, TapeError> {
-        let rows = Rows::new(input, names.into_bytes(), sealed);
-        // No row of a sealed dump is quoted; a quote would swallow the lines after it.
-        let mut rows = csv::ReaderBuilder::new()
-            .flexible(true)
-            .quoting(!sealed)
-            .buffer_capacity(1 << 16)
-            .from_reader(rows);
-        let columns = Columns::find(rows.byte_headers().map_err(unreadable)?, &header)
-            .map_err(|reason| TapeError::Row { line: lines_before + 1, reason })?;
+        let mut fields = Vec::new();
+        let names = lines.text(names.unwrap_or(0..0));
+        // No row of a sealed dump is quoted.
+        let columns = split(names, !sealed, &mut fields)
+            .and_then(|()| Columns::find(fields.iter().map(|field| &names[field.clone()]), &header))
+            .map_err(|reason| TapeError::Row { line: lines.count.max(1), reason })?;
         Ok(Reader {
             position_steps: header.start_steps,
             header,
             columns,
             sealed,
-            rows,
-            record: ByteRecord::new(),
-            lines_before,
+            lines,
+            fields,
             ready: VecDeque::new(),
             held: None,
             ticks: 0,
@@ -143,55 +132,96 @@ impl Reader {
         })
     }
 
-    /// Reads a row, or the end. Afterwards something is ready, or held back, or all is done.
-    fn read(&mut self) -> Result<(), TapeError> {
-        if !self.rows.read_byte_record(&mut self.record).map_err(unreadable)? {
-            self.done = true;
-            return self.end();
+    /// Reads a row, or the end. Afterwards something is ready, or held back, or all is done; a
+    /// tick that nothing stands before is given at once.
+    fn read(&mut self) -> Result<Option<Tick>, TapeError> {
+        let Some(line) = self.lines.next()? else { return self.end(None) };
+        let text = self.lines.text(line.clone());
+        if self.sealed && (text.starts_with(END.as_bytes()) || !text.ends_with(b"\n")) {
+            return self.end(Some(line));
+        }
+        if !self.sealed && (text.starts_with(b"#") || without_line_end(text).is_empty()) {
+            return Ok(None);
         }
         if let Some(tick) = self.held.take() {
-            self.give(tick);
+            let tick = self.taken(tick);
+            self.ready.push_back(Command::Tick(tick));
         }
         let events = self.ready.len();
-        let tick = self.row().map_err(|reason| {
-            // Where the record was looked for: before blank lines and comments. Where the next
-            // one is: after the record's line end, if it has one.
-            let from = self.record.position().map_or(0, csv::Position::line);
-            let line = from.max(self.rows.position().line() - 1) + self.lines_before;
-            TapeError::Row { line, reason }
-        })?;
+        let tick = match self.sealed.then(|| self.quick_row(line.clone())).flatten() {
+            Some(tick) => tick,
+            None => self
+                .row(line)
+                .map_err(|reason| TapeError::Row { line: self.lines.count, reason })?,
+        };
         self.rows_read += 1;
         if self.ready.len() > events && tick.counts == AxisMap::default() {
             self.held = Some(tick);
-        } else {
-            self.give(tick);
+            return Ok(None);
         }
-        Ok(())
-    }
-
-    fn give(&mut self, tick: Tick) {
-        self.ticks += 1;
-        for (position, count) in self.position_steps.0.iter_mut().zip(tick.counts.0) {
-            *position = position.saturating_add(i64::from(count));
+        let tick = self.taken(tick);
+        if self.ready.is_empty() {
+            return Ok(Some(tick));
         }
         self.ready.push_back(Command::Tick(tick));
+        Ok(None)
     }
 
-    /// The tick of the current record; its events are made ready.
-    fn row(&mut self) -> Result<Tick, String> {
-        let (record, columns) = (&self.record, &self.columns);
-        if record.len() != columns.count {
-            return Err(format!("{} fields where {} belong", record.len(), columns.count));
+    /// A row turned out to be a tick.
+    fn taken(&mut self, tick: Tick) -> Tick {
+        self.ticks += 1;
+        for (axis, _) in &self.columns.axes {
+            let position = &mut self.position_steps[*axis];
+            *position = position.saturating_add(i64::from(tick.counts[*axis]));
         }
+        tick
+    }
+
+    /// The tick of a row without events that is written as [`super::Writer`] writes it, and
+    /// follows the row before; none where [`Reader::row`] has to see what it is.
+    fn quick_row(&self, line: Range<usize>) -> Option<Tick> {
+        let mut rest = self.lines.text(line);
+        let number = quick_number(&mut rest)?;
+        let buffer = quick_number(&mut rest)?;
+        if number != self.rows_read || buffer != u64::from(self.buffer) {
+            return None;
+        }
+        let line = u32::try_from(quick_number(&mut rest)?).ok()?;
+        let mut counts = AxisMap::default();
+        for (axis, _) in &self.columns.axes {
+            let is_negative = rest.first() == Some(&b'-');
+            if is_negative {
+                rest = &rest[1..];
+            }
+            let size = i32::try_from(quick_number(&mut rest)?).ok()?;
+            counts[*axis] = match (self.header.encoding, is_negative) {
+                (Encoding::Counts, true) => -size,
+                (Encoding::Counts, false) => size,
+                (Encoding::Bytes, true) => return None,
+                (Encoding::Bytes, false) => bus_count(u8::try_from(size).ok()?).ok()?,
+            };
+        }
+        (rest == b"\n").then_some(Tick { buffer: self.buffer, line, counts })
+    }
+
+    /// The tick of a row; its events are made ready.
+    fn row(&mut self, line: Range<usize>) -> Result<Tick, String> {
+        let line = self.lines.text(line);
+        let (fields, columns) = (&mut self.fields, &self.columns);
+        split(line, !self.sealed, fields)?;
+        if fields.len() != columns.count {
+            return Err(format!("{} fields where {} belong", fields.len(), columns.count));
+        }
+        let field = |at: usize| &line[fields[at].clone()];
         let mut tick = Tick::default();
         if let Some(at) = columns.tick.filter(|_| self.sealed) {
-            let number: u64 = number(&record[at], "tick")?;
+            let number: u64 = number(field(at), "tick")?;
             if number != self.rows_read {
                 return Err(format!("tick {number} where {} belongs", self.rows_read));
             }
         }
         if let Some(at) = columns.buffer {
-            tick.buffer = number(&record[at], "buffer")?;
+            tick.buffer = number(field(at), "buffer")?;
             // A dump's first row opens buffer 0; then each buffer follows the one before.
             let next = self.buffer.saturating_add(u32::from(self.rows_read > 0));
             if tick.buffer != self.buffer && tick.buffer != next {
@@ -200,13 +230,13 @@ impl Reader {
             self.buffer = tick.buffer;
         }
         if let Some(at) = columns.line {
-            tick.line = number(&record[at], "line")?;
+            tick.line = number(field(at), "line")?;
         }
         for (axis, at) in &columns.axes {
-            tick.counts[*axis] = count(&record[*at], self.header.encoding)?;
+            tick.counts[*axis] = count(field(*at), self.header.encoding)?;
         }
-        if let Some(at) = columns.event.filter(|at| !record[*at].is_empty()) {
-            let text = std::str::from_utf8(&record[at]).map_err(|error| error.to_string())?;
+        if let Some(at) = columns.event.filter(|at| !field(*at).is_empty()) {
+            let text = std::str::from_utf8(field(at)).map_err(|error| error.to_string())?;
             for text in text.split("; ") {
                 let kind: EventKind = text.parse().map_err(|error| format!("{error}"))?;
                 self.ready.push_back(Command::Event(Event { line: tick.line, kind }));
@@ -215,25 +245,26 @@ impl Reader {
         Ok(tick)
     }
 
-    /// Checks the last line; gives a held tick if it counts as one.
-    fn end(&mut self) -> Result<(), TapeError> {
+    /// Checks the last line, if there is one; gives a held tick if it counts as one.
+    fn end(&mut self, line: Option<Range<usize>>) -> Result<Option<Tick>, TapeError> {
+        self.done = true;
         if !self.sealed {
-            return Ok(());
+            return Ok(None);
         }
-        let rows = self.rows.get_ref();
-        let last = self.lines_before + rows.lines;
-        let text = rows.end.as_deref().ok_or(TapeError::Truncated { line: last })?;
-        let end = End::parse(text).ok_or(TapeError::Truncated { line: last })?;
-        if rows.more {
+        let truncated = TapeError::Truncated { line: self.lines.count };
+        let Some(line) = line else { return Err(truncated) };
+        let text = String::from_utf8_lossy(self.lines.text(line.clone()));
+        let Some(end) = End::parse(&text) else { return Err(truncated) };
+        let sha256 = self.lines.hash_before(&line);
+        if !self.lines.is_over()? {
             return Err(TapeError::Seal("more text follows the last line".to_owned()));
         }
-        if end.sha256 != <[u8; 32]>::from(rows.hash.clone().finalize()) {
+        if end.sha256 != sha256 {
             let reason = "the rows have been changed since it was written (their hash is another)";
             return Err(TapeError::Seal(reason.to_owned()));
         }
-        if let Some(tick) = self.held.take().filter(|_| end.ticks == self.ticks + 1) {
-            self.give(tick);
-        }
+        let last = self.held.take().filter(|_| end.ticks == self.ticks + 1);
+        let last = last.map(|tick| self.taken(tick));
         if end.ticks != self.ticks {
             let reason = format!("{} ticks where {} were sealed", self.ticks, end.ticks);
             return Err(TapeError::Seal(reason));
@@ -246,7 +277,7 @@ impl Reader {
                 return Err(TapeError::Seal(reason));
             }
         }
-        Ok(())
+        Ok(last)
     }
 }
 
@@ -261,17 +292,36 @@ impl Iterator for Reader {
             if self.done {
                 return None;
             }
-            if let Err(error) = self.read() {
-                self.done = true;
-                self.ready.clear();
-                return Some(Err(error));
+            match self.read() {
+                Ok(Some(tick)) => return Some(Ok(Command::Tick(tick))),
+                Ok(None) => {}
+                Err(error) => {
+                    self.done = true;
+                    self.ready.clear();
+                    return Some(Err(error));
+                }
             }
         }
     }
 }
 
-fn unreadable(error: csv::Error) -> TapeError {
-    TapeError::Io(error.into())
+/// Takes digits and the comma behind them; none if there is anything else, or too much.
+fn quick_number(rest: &mut &[u8]) -> Option<u64> {
+    // 18 digits fit whatever they are.
+    const DIGITS_MAX: usize = 18;
+    let mut value = 0;
+    for (at, byte) in rest.iter().enumerate().take(DIGITS_MAX + 1) {
+        let digit = byte.wrapping_sub(b'0');
+        if digit <= 9 {
+            value = 10 * value + u64::from(digit);
+        } else if *byte == b',' && at > 0 {
+            *rest = &rest[at + 1..];
+            return Some(value);
+        } else {
+            return None;
+        }
+    }
+    None
 }
 
 fn number<T: FromStr>(field: &[u8], column: &str) -> Result<T, String> {
@@ -283,41 +333,36 @@ fn number<T: FromStr>(field: &[u8], column: &str) -> Result<T, String> {
 fn count(field: &[u8], encoding: Encoding) -> Result<i32, String> {
     match encoding {
         Encoding::Counts => number(field, "a count of steps"),
-        Encoding::Bytes => match number::<u8>(field, "a bus byte")? {
-            128 => Err("byte 128 is -0, which no dump holds".to_owned()),
-            byte if byte > 128 => Ok(128 - i32::from(byte)),
-            byte => Ok(i32::from(byte)),
-        },
+        Encoding::Bytes => bus_count(number(field, "a bus byte")?),
     }
 }
 
-/// The `#` lines before the column names, without line ends, and the line of those names.
-fn header_lines(input: &mut impl BufRead) -> Result<(Vec<String>, String), TapeError> {
-    let mut lines = Vec::new();
-    loop {
-        let mut bytes = Vec::new();
-        read_line(input, &mut bytes)?;
-        let line = String::from_utf8(bytes).map_err(|_| TapeError::NotADump)?;
-        if !line.starts_with('#') {
-            return Ok((lines, line));
+/// The count that a bus byte stands for.
+fn bus_count(byte: u8) -> Result<i32, String> {
+    match byte {
+        128 => Err("byte 128 is -0, which no dump holds".to_owned()),
+        129.. => Ok(128 - i32::from(byte)),
+        _ => Ok(i32::from(byte)),
+    }
+}
+
+/// The `#` lines before the column names, without line ends, and where the line of those names
+/// lies, if there is one.
+fn header_lines(lines: &mut Lines) -> Result<(Vec<String>, Option<Range<usize>>), TapeError> {
+    let mut head = Vec::new();
+    while let Some(line) = lines.next()? {
+        let text =
+            std::str::from_utf8(lines.text(line.clone())).map_err(|_| TapeError::NotADump)?;
+        if !text.starts_with('#') {
+            return Ok((head, Some(line)));
         }
-        if lines.len() == HEADER_LINES_MAX {
+        if head.len() == HEADER_LINES_MAX {
             let reason = format!("more than {HEADER_LINES_MAX} lines stand before the columns");
             return Err(TapeError::Header { line: HEADER_LINES_MAX as u64 + 1, reason });
         }
-        lines.push(line.trim_end_matches(['\r', '\n']).to_owned());
+        head.push(text.trim_end_matches(['\r', '\n']).to_owned());
     }
-}
-
-/// Reads a line with its end; nothing at the end of the input.
-fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<()> {
-    line.clear();
-    input.take(LINE_BYTES_MAX).read_until(b'\n', line)?;
-    if line.len() as u64 == LINE_BYTES_MAX {
-        let reason = format!("a line is longer than {LINE_BYTES_MAX} bytes");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
-    }
-    Ok(())
+    Ok((head, None))
 }
 
 /// Where in a record each thing stands.
@@ -333,9 +378,10 @@ struct Columns {
 }
 
 impl Columns {
-    fn find(names: &ByteRecord, header: &Header) -> Result<Columns, String> {
-        let mut columns = Columns { count: names.len(), ..Columns::default() };
-        for (at, name) in names.iter().enumerate() {
+    fn find<'a>(names: impl Iterator<Item = &'a [u8]>, header: &Header) -> Result<Columns, String> {
+        let mut columns = Columns::default();
+        for (at, name) in names.enumerate() {
+            columns.count += 1;
             let name = String::from_utf8_lossy(name).trim().to_owned();
             let place = match name.as_str() {
                 "tick" => &mut columns.tick,
@@ -385,68 +431,45 @@ impl End {
     }
 }
 
-/// The lines that are rows, as the CSV parser reads them: hashed on the way, up to the last line
-/// of a sealed dump. Comments of an unsealed one become empty lines.
-#[derive(Debug)]
-struct Rows {
-    input: BufReader<SourceReader>,
-    sealed: bool,
-    hash: Sha256,
-    line: Vec<u8>,
-    given: usize,
-    /// Lines read so far, the column names included.
-    lines: u64,
-    end: Option<String>,
-    more: bool,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
 
-impl Rows {
-    fn new(input: BufReader<SourceReader>, names: Vec<u8>, sealed: bool) -> Rows {
-        let hash = Sha256::new_with_prefix(&names);
-        Rows { input, sealed, hash, line: names, given: 0, lines: 1, end: None, more: false }
+    /// A reader that stands at the end of its columns, and the line `row` behind these.
+    fn before(row: &str, encoding: &str) -> (Reader, Range<usize>) {
+        let hash = "0".repeat(64);
+        let text = format!(
+            "# cnc-dump: 1\n# tool: t\n# program: p sha256:{hash}\n# inputs:\n# options:\n\
+             # machine: m sha256:{hash}\n# tick_us: 1\n# steps_per_mm: X=1 Y=1\n\
+             # start_steps: X=0 Y=0\n# encoding: {encoding}\ntick,buffer,line,X,Y,event\n{row}\n"
+        );
+        let mut reader = Reader::open(Source::memory("dump", text.into_bytes())).unwrap();
+        let line = reader.lines.next().unwrap().unwrap();
+        (reader, line)
     }
 
-    fn next_line(&mut self) -> io::Result<()> {
-        read_line(&mut self.input, &mut self.line)?;
-        self.given = 0;
-        if self.line.is_empty() {
-            return Ok(());
+    #[test]
+    fn rows_as_they_are_written_are_read_quickly() {
+        for (row, encoding) in [("0,0,3,-5,119,", "counts"), ("0,0,3,133,119,", "bytes")] {
+            let (reader, line) = before(row, encoding);
+            let counts = reader.quick_row(line).unwrap().counts;
+            assert_eq!((counts[Axis::X], counts[Axis::Y]), (-5, 119));
         }
-        self.lines += 1;
-        let cut = !self.line.ends_with(b"\n");
-        if self.sealed && self.line.starts_with(END.as_bytes()) {
-            self.end = Some(String::from_utf8_lossy(&self.line).into_owned());
-            self.more = !self.input.fill_buf()?.is_empty();
-            self.line.clear();
-        } else if self.sealed && cut {
-            self.line.clear();
-        } else if self.sealed {
-            self.hash.update(&self.line);
-        } else if self.line.starts_with(b"#") {
-            self.line.clear();
-            self.line.push(b'\n');
-        }
-        Ok(())
     }
-}
 
-/// Gives as many lines as there is room for: the parser is called a few times, not once a line.
-impl Read for Rows {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let mut filled = 0;
-        while filled < out.len() {
-            if self.given == self.line.len() {
-                if self.end.is_none() {
-                    self.next_line()?;
-                }
-                if self.line.is_empty() {
-                    break;
-                }
+    proptest! {
+        /// What is read quickly is what is read otherwise.
+        #[test]
+        fn the_quick_way_is_the_other_one(
+            row in "0,0,[0-9+ -]{0,12},[0-9-]{0,11},-?[0-9]{1,4},?(M30)?", bytes: bool,
+        ) {
+            let encoding = if bytes { "bytes" } else { "counts" };
+            let (mut reader, line) = before(&row, encoding);
+            if let Some(tick) = reader.quick_row(line.clone()) {
+                prop_assert_eq!(Ok(tick), reader.row(line));
+                prop_assert!(reader.ready.is_empty());
             }
-            let count = (&self.line[self.given..]).read(&mut out[filled..])?;
-            self.given += count;
-            filled += count;
         }
-        Ok(filled)
     }
 }

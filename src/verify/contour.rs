@@ -1,34 +1,39 @@
-//! How far the executed polyline is from the path: passes over both, each with a ladder of
-//! distances, until the least distance that suffices is known.
+//! How far the executed polyline is from the path, and what the machine does on the way.
 //!
-//! 1. Up to the bound in equal rungs: this decides the verdict. If the bound itself is too small,
-//!    upwards in powers of two as far as time allows.
-//! 2. Between the last rung that failed and the first that held.
-//! 3. With the distance found: every tick point is matched with a point of the path, which gives
-//!    the root mean square, the worst blocks and the speed along the path.
+//! One pass over both as a rule: it decides whether the bound suffices, holds ticks and events
+//! against the machine, and matches every tick point with a point of the path. Matching gives the
+//! speed along the path, the other axes' places, the root mean square, the worst blocks, and two
+//! distances between which the error lies: none below the first suffices, the second does
+//! (`sweep`). Mostly they are the same. Where they are not, or the bound does not suffice, further
+//! passes take a ladder of distances each:
+//!
+//! 1. beyond the bound upwards in powers of two, as far as time allows;
+//! 2. between the last distance that failed and the first that held.
 //!
 //! The chords that stand for arcs are finer than a thousandth of the bound, which is allowed for.
 
 use super::edges::Edges;
+use super::events::Timetable;
 use super::executed::Executed;
-use super::feed::{Feed, FeedError, Standing};
-use super::report::{BlockError, Place};
-use super::sweep::{Death, Match, Sweep};
+use super::limits::{Walk, Walker};
+use super::matching::{Matched, Matcher, Matching};
+use super::report::Place;
+use super::sweep::{Death, Sweep};
 use super::{Cause, Setup, VerifyError};
 use crate::base::Command;
 use crate::path::PathItem;
 
 /// Rungs of a ladder: two passes tell the error to a thousandth of the bound.
 const RUNGS: usize = 32;
+/// To which part of the bound, or of itself beyond that, the error is told.
+const RESOLUTION: f64 = 1.0 / (RUNGS * RUNGS) as f64;
 /// Sagitta of chords on arcs, in parts of the distance that is asked for.
 const SAGITTA_SHARE: f64 = 1e-3;
 /// Work after which distances beyond the bound are no longer looked for: some seconds.
 const WORK_MAX: u64 = 1_000_000_000;
-/// How many blocks are named.
-const WORST_BLOCKS: usize = 10;
 
 /// The contour error.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Contour {
     /// Whether the bound suffices.
     pub within: bool,
@@ -41,31 +46,6 @@ pub struct Contour {
     pub worst: Option<Place>,
     /// What matching tells; none if no distance suffices that could be tried.
     pub matched: Option<Matched>,
-}
-
-/// What matching tick points with the path tells.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub struct Matched {
-    /// Root mean square of the tick points' distances.
-    pub rms_mm: f64,
-    /// The blocks with the greatest distances, greatest first.
-    pub worst_blocks: Vec<BlockError>,
-    /// Speed along the path against feed.
-    pub feed: FeedError,
-    /// Where G64 P lets corners be cut by more than the path tolerance: the tick point that is
-    /// furthest off for what it may be, in blocks with that; none without such blocks.
-    pub blended: Option<BlendError>,
-}
-
-/// A tick point beside a corner that may be cut.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlendError {
-    /// Its distance from the path.
-    pub distance_mm: f64,
-    /// What is allowed there beyond the bound of the contour elsewhere.
-    pub slack_mm: f64,
-    /// Where it is.
-    pub at: Place,
 }
 
 /// Everything a pass reads: streams that begin anew each time.
@@ -92,11 +72,57 @@ where
         (self.path)().map_err(|error| VerifyError::Path(error.into()))
     }
 
-    /// Measures the contour error against a bound.
-    pub fn contour(&self, bound_mm: f64) -> Result<Contour, VerifyError> {
-        let rungs = std::array::from_fn(|rung| bound_mm * (rung + 1) as f64 / RUNGS as f64);
-        let mut found = self.ladder(&rungs, bound_mm, u64::MAX)?;
-        let within = found.least_mm.is_some();
+    /// Measures the contour error against a bound, and holds the job against the machine.
+    pub fn hold(&self, bound_mm: f64) -> Result<(Walk, Contour), VerifyError> {
+        let mut walker = Walker::new(self.setup);
+        let mut timetable = Timetable::new(self.setup.machine, self.setup.with_events);
+        let (found, mut edges) = self.follow(bound_mm, bound_mm, |command, edges, is_dead| {
+            match command {
+                Command::Tick(tick) => walker.tick(tick),
+                Command::Event(event) => {
+                    walker.rest();
+                    timetable.event(event, &walker.at_steps, walker.place);
+                }
+            }
+            timetable.compare(&mut edges.passed);
+            while is_dead && timetable.waits() && edges.pass_to_event()? {
+                timetable.compare(&mut edges.passed);
+            }
+            Ok(())
+        })?;
+        while edges.pass_to_event()? {
+            timetable.compare(&mut edges.passed);
+        }
+        let path_end_steps = edges.at_steps();
+        let mut walk = walker.end(path_end_steps);
+        walk.checks.extend(timetable.end(&edges.passed));
+        let contour = match found {
+            Ok(matching) => self.between(matching, bound_mm)?,
+            Err(death) => self.beyond(death, bound_mm)?,
+        };
+        Ok((walk, contour))
+    }
+
+    /// The error, where the bound suffices.
+    fn between(&self, matching: Matching, bound_mm: f64) -> Result<Contour, VerifyError> {
+        let Matching { matched, low_mm, low_at, high_mm } = matching;
+        let high_mm = high_mm.min(bound_mm);
+        let mut found =
+            Found { dead_mm: low_mm, death: Some(low_at), least_mm: Some(high_mm), gave_up: false };
+        while let Some(least_mm) = found.least_mm
+            && least_mm - found.dead_mm > RESOLUTION * bound_mm
+        {
+            found = self.finer(found, least_mm, bound_mm)?;
+        }
+        let max_mm = found.least_mm.unwrap_or(high_mm);
+        let worst = found.death.map(Place::from);
+        Ok(Contour { within: true, max_mm, more: false, worst, matched: Some(matched) })
+    }
+
+    /// The error, where the bound does not suffice.
+    fn beyond(&self, death: Death, bound_mm: f64) -> Result<Contour, VerifyError> {
+        let death = Some(death);
+        let mut found = Found { dead_mm: bound_mm, death, least_mm: None, gave_up: false };
         // Each ladder upwards spans four octaves: 0.0137 mm grows to 0.22 mm, 3.5 mm, 56 mm, 900 mm.
         // The wider the distance, the more of the path is in the window at once.
         let mut base_mm = bound_mm;
@@ -107,18 +133,28 @@ where
         }
         let Some(least_mm) = found.least_mm else {
             let worst = found.death.map(Place::from);
-            return Ok(Contour { within, max_mm: found.dead_mm, more: true, worst, matched: None });
+            let max_mm = found.dead_mm;
+            return Ok(Contour { within: false, max_mm, more: true, worst, matched: None });
         };
-        let step_mm = (least_mm - found.dead_mm) / RUNGS as f64;
+        let scale_mm = found.dead_mm.max(bound_mm);
+        let fine = self.finer(found, least_mm, scale_mm)?;
+        let max_mm = fine.least_mm.unwrap_or(least_mm);
+        let worst = fine.death.map(Place::from);
+        // The chords here may be coarser than those of the ladder that the distance comes from.
+        let distance_mm = least_mm + 2.0 * SAGITTA_SHARE * scale_mm;
+        let (found, _) = self.follow(distance_mm, scale_mm, |_, _, _| Ok(()))?;
+        let matched = found.ok().map(|matching| matching.matched);
+        Ok(Contour { within: false, max_mm, more: false, worst, matched })
+    }
+
+    /// One pass more between the distance that failed and the one that sufficed.
+    fn finer(&self, found: Found, least_mm: f64, scale_mm: f64) -> Result<Found, VerifyError> {
         let low_mm = found.dead_mm;
+        let step_mm = (least_mm - low_mm) / RUNGS as f64;
         let rungs = std::array::from_fn(|rung| low_mm + step_mm * (rung + 1) as f64);
-        let scale_mm = low_mm.max(bound_mm);
         let fine = found.then(self.ladder(&rungs, scale_mm, u64::MAX)?);
         // The last rung is `least_mm` but for rounding.
-        let max_mm = fine.least_mm.unwrap_or(least_mm).min(least_mm);
-        let matched = self.matched(least_mm, scale_mm)?;
-        let worst = fine.death.map(Place::from);
-        Ok(Contour { within, max_mm, more: false, worst, matched })
+        Ok(Found { least_mm: Some(fine.least_mm.unwrap_or(least_mm).min(least_mm)), ..fine })
     }
 
     /// One pass: which of the distances suffice. `scale_mm` is what chords on arcs are measured
@@ -130,14 +166,19 @@ where
         work_max: u64,
     ) -> Result<Found, VerifyError> {
         let (mut last_tick, mut has_moved) = (0, false);
-        let mut executed = Executed::new(self.commands()?, self.setup);
+        let mut executed = Executed::new(self.setup);
         let start = executed.at();
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
-        let mut edges = Edges::new(self.path()?, self.setup.machine, start, sagitta_mm);
+        let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(Found::default()) };
         let mut sweep = Sweep::new(rungs_mm.map(|rung| rung + sagitta_mm), start, first);
-        for point in executed.by_ref() {
-            let point = point?;
+        for command in self.commands()? {
+            edges.passed.clear();
+            let point = match command {
+                Err(error) => return Err(VerifyError::Commands(error.into())),
+                Ok(Command::Event(_)) => continue,
+                Ok(Command::Tick(ref tick)) => executed.tick(tick),
+            };
             last_tick = point.tick;
             if !point.moved {
                 continue;
@@ -160,43 +201,34 @@ where
         Ok(Found::of(&sweep, rungs_mm, false))
     }
 
-    /// The last pass, with a distance that suffices.
-    fn matched(&self, distance_mm: f64, scale_mm: f64) -> Result<Option<Matched>, VerifyError> {
-        let mut executed = Executed::new(self.commands()?, self.setup);
-        let start = executed.at();
+    /// One pass with one distance, as far as that suffices. `each` sees every command, what of the
+    /// path has been passed, and whether the distance has been found too small.
+    fn follow(
+        &self,
+        distance_mm: f64,
+        scale_mm: f64,
+        mut each: impl FnMut(&Command, &mut Edges<'_, P>, bool) -> Result<(), VerifyError>,
+    ) -> Result<(Result<Matching, Death>, Edges<'_, P>), VerifyError> {
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
-        let mut edges = Edges::new(self.path()?, self.setup.machine, start, sagitta_mm);
-        let Some(first) = edges.next()? else { return Ok(None) };
-        let mut standing =
-            Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s, may_be_cut: false };
-        let mut feed = Feed::new(self.setup, standing);
-        let (mut blocks, mut blended) = (Blocks::default(), Corners::default());
-        // The chords here may be coarser than those of the ladder that the distance comes from.
-        let mut sweep = Sweep::new([distance_mm + 3.0 * sagitta_mm], start, first);
-        let mut line = first.line;
-        for point in executed.by_ref() {
-            let point = point?;
-            if point.moved {
-                sweep.advance(point.tick, point.at, || edges.next())?;
-                let Some(near) = sweep.nearest(standing.along_mm) else { return Ok(None) };
-                let at = Place { tick: point.tick, line: near.line };
-                blocks.add(near.distance_mm, at);
-                blended.add(&near, at);
-                let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);
-                let may_be_cut = near.slack_mm > 0.0;
-                standing = Standing { at: point.at, along_mm, feed_mm_s, may_be_cut };
-                line = near.line;
-            } else {
-                standing.feed_mm_s = 0.0;
+        let start = Executed::new(self.setup).at();
+        let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
+        let Some(first) = edges.next()? else {
+            return Ok((Err(Death::default()), edges));
+        };
+        let mut matcher = Matcher::new(self.setup, distance_mm + sagitta_mm, first);
+        for command in self.commands()? {
+            match command {
+                Err(error) => return Err(VerifyError::Commands(error.into())),
+                Ok(ref command) => {
+                    each(command, &mut edges, matcher.is_dead())?;
+                    if let Command::Tick(tick) = command {
+                        matcher.tick(tick, &mut edges)?;
+                    }
+                }
             }
-            feed.tick(standing, Place { tick: point.tick, line });
         }
-        Ok(Some(Matched {
-            rms_mm: blocks.rms_mm(),
-            worst_blocks: blocks.worst(),
-            feed: feed.end(),
-            blended: blended.worst,
-        }))
+        let found = matcher.end(&mut edges)?;
+        Ok((found, edges))
     }
 }
 
@@ -230,70 +262,5 @@ impl Found {
             return next;
         }
         Found { dead_mm: self.dead_mm, death: self.death, ..next }
-    }
-}
-
-/// Tick points beside corners that may be cut.
-#[derive(Debug, Default)]
-struct Corners {
-    worst: Option<BlendError>,
-}
-
-impl Corners {
-    fn add(&mut self, near: &Match, at: Place) {
-        let Match { distance_mm, slack_mm, .. } = *near;
-        let is_worse =
-            |worst: BlendError| distance_mm - slack_mm > worst.distance_mm - worst.slack_mm;
-        if slack_mm > 0.0 && self.worst.is_none_or(is_worse) {
-            self.worst = Some(BlendError { distance_mm, slack_mm, at });
-        }
-    }
-}
-
-/// Distances of tick points, by block. Matching runs forward, so the points of a block come
-/// together; a block that comes again (a subroutine) keeps its greatest distance.
-#[derive(Debug, Default)]
-struct Blocks {
-    points: u64,
-    sum_sq: f64,
-    current: Option<BlockError>,
-    worst: Vec<BlockError>,
-}
-
-impl Blocks {
-    fn add(&mut self, max_mm: f64, at: Place) {
-        self.points += 1;
-        self.sum_sq += max_mm * max_mm;
-        match &mut self.current {
-            Some(block) if block.line == at.line => {
-                if max_mm > block.max_mm {
-                    *block = BlockError { line: at.line, tick: at.tick, max_mm };
-                }
-            }
-            _ => {
-                self.close();
-                self.current = Some(BlockError { line: at.line, tick: at.tick, max_mm });
-            }
-        }
-    }
-
-    fn close(&mut self) {
-        let Some(block) = self.current.take() else { return };
-        match self.worst.iter_mut().find(|known| known.line == block.line) {
-            Some(known) if known.max_mm < block.max_mm => *known = block,
-            Some(_) => {}
-            None => self.worst.push(block),
-        }
-        self.worst.sort_by(|a, b| b.max_mm.total_cmp(&a.max_mm));
-        self.worst.truncate(WORST_BLOCKS);
-    }
-
-    fn rms_mm(&self) -> f64 {
-        if self.points == 0 { 0.0 } else { (self.sum_sq / self.points as f64).sqrt() }
-    }
-
-    fn worst(mut self) -> Vec<BlockError> {
-        self.close();
-        self.worst
     }
 }

@@ -1,11 +1,15 @@
 //! Segment → Edge: the path in X, Y and Z as straight pieces. A line is one; of an arc or helix,
 //! chords are taken from the closed form that lie nearer to it than is ever asked for. A spline is
 //! halved until its control points lie as near to their chord, and in order along it: then so does
-//! the curve, and the chord can be walked beside it. Its length is not asked for.
+//! the curve, and the chord can be walked beside it. Its length is not asked for. Events are put
+//! aside as they are passed.
 
-use super::{Cause, VerifyError};
+use std::collections::VecDeque;
+
+use super::events::Due;
+use super::{Cause, OTHER_AXES, Others, Setup, VerifyError};
 use crate::base::spline::Bezier;
-use crate::base::{Axis, Machine, Point};
+use crate::base::{Axis, AxisMap, Machine, Point};
 use crate::path::{Corner, Curve, PathItem, Segment};
 
 /// A place or way in X, Y, Z.
@@ -31,6 +35,8 @@ pub struct Edge {
     /// Length of the path up to its start.
     pub start_mm: f64,
     pub length_mm: f64,
+    /// Where the other axes are at both ends.
+    pub others: [Others; 2],
     /// How much further off than elsewhere it may be passed, and its end: where G64 P lets a corner
     /// be cut by more than the machine's path tolerance.
     pub slack_mm: f64,
@@ -53,37 +59,47 @@ enum Rest {
 }
 
 /// The edges of a path, read as they are asked for.
-pub struct Edges<P: Iterator> {
+pub struct Edges<'a, P: Iterator> {
     path: std::iter::Fuse<P>,
+    machine: &'a Machine,
     linear: [Option<Axis>; 3],
     sagitta_mm: f64,
-    path_tolerance_mm: f64,
     /// The slack of the corner at the end of the segment before.
     corner_slack_mm: f64,
     /// The segment that is being cut.
     current: Option<Cut>,
     at: Vector,
+    others: Others,
     length_mm: f64,
     any: bool,
+    /// Where the path stands, events included, at the end of what has been read.
+    read_mm: Option<Point>,
+    start_steps: AxisMap<i64>,
+    /// Events that have been passed and not been taken out.
+    pub passed: VecDeque<Due>,
 }
 
-impl<P, E> Edges<P>
+impl<'a, P, E> Edges<'a, P>
 where
     P: Iterator<Item = Result<PathItem, E>>,
     E: Into<Cause>,
 {
     /// `start` is where the path stands if it has no segment at all.
-    pub fn new(path: P, machine: &Machine, start: Vector, sagitta_mm: f64) -> Self {
+    pub fn new(path: P, setup: &Setup<'a>, start: Vector, sagitta_mm: f64) -> Self {
         Edges {
             path: path.fuse(),
-            linear: linear_axes(machine),
+            machine: setup.machine,
+            linear: linear_axes(setup.machine),
             sagitta_mm,
-            path_tolerance_mm: machine.path_tolerance_mm,
             corner_slack_mm: 0.0,
             current: None,
             at: start,
+            others: Others::default(),
             length_mm: 0.0,
             any: false,
+            read_mm: None,
+            start_steps: setup.start_steps,
+            passed: VecDeque::new(),
         }
     }
 
@@ -93,28 +109,23 @@ where
     /// Those of the path.
     pub fn next(&mut self) -> Result<Option<Edge>, VerifyError> {
         while self.current.is_none() {
-            match self.path.next() {
-                None if self.any => return Ok(None),
-                None => {
-                    self.any = true;
-                    return Ok(Some(self.edge_to(self.at, 0, f64::INFINITY, [0.0; 2])));
-                }
-                Some(Err(error)) => return Err(VerifyError::Path(error.into())),
-                Some(Ok(PathItem::Event(_))) => self.corner_slack_mm = 0.0,
-                Some(Ok(PathItem::Segment(segment))) => {
-                    if !self.any {
-                        self.at = vector(&segment.from_mm, &self.linear);
-                        self.any = true;
-                    }
-                    let rest = match &segment.curve {
-                        Curve::Spline(spline) => {
-                            Rest::Pieces(spline.pieces().iter().rev().copied().collect())
-                        }
-                        _ => Rest::Chords { count: chords(&segment, self.sagitta_mm), given: 0 },
-                    };
-                    self.current = Some(Cut { segment, rest });
-                }
+            let Some(segment) = self.next_segment()? else {
+                let is_first = !std::mem::replace(&mut self.any, true);
+                let nowhere = (self.at, self.others);
+                return Ok(is_first.then(|| self.edge_to(nowhere, 0, f64::INFINITY, [0.0; 2])));
+            };
+            if !self.any {
+                self.at = vector(&segment.from_mm, &self.linear);
+                self.others = others(&segment.from_mm);
+                self.any = true;
             }
+            let rest = match &segment.curve {
+                Curve::Spline(spline) => {
+                    Rest::Pieces(spline.pieces().iter().rev().copied().collect())
+                }
+                _ => Rest::Chords { count: chords(&segment, self.sagitta_mm), given: 0 },
+            };
+            self.current = Some(Cut { segment, rest });
         }
         let Some(mut cut) = self.current.take() else { return Ok(None) };
         let (line, feed) = (cut.segment.line, cut.segment.feed_mm_s.unwrap_or(f64::INFINITY));
@@ -132,7 +143,7 @@ where
         } else {
             self.current = Some(cut);
         }
-        let to = vector(&to, &self.linear);
+        let to = (vector(&to, &self.linear), others(&to));
         Ok(Some(self.edge_to(to, line, feed, slacks_mm)))
     }
 
@@ -140,15 +151,57 @@ where
     fn slack_mm(&self, segment: &Segment) -> f64 {
         match segment.corner {
             Corner::Blend { tolerance_mm: Some(mm) } if segment.feed_mm_s.is_some() => {
-                (mm - self.path_tolerance_mm).max(0.0)
+                (mm - self.machine.path_tolerance_mm).max(0.0)
             }
             Corner::Blend { .. } | Corner::Exact | Corner::Stop => 0.0,
         }
     }
 
+    /// Passes all up to the next event; false if there is none. What is passed is no edge any more.
+    ///
+    /// # Errors
+    /// Those of the path.
+    pub fn pass_to_event(&mut self) -> Result<bool, VerifyError> {
+        let before = self.passed.len();
+        while self.passed.len() == before {
+            let Some(item) = self.path.next() else { return Ok(false) };
+            self.take(item)?;
+        }
+        Ok(true)
+    }
+
+    /// Where the path stands at the end of what has been read, to the nearest step.
+    pub fn at_steps(&self) -> AxisMap<i64> {
+        self.read_mm.as_ref().map_or(self.start_steps, |at| self.machine.nearest_steps(at))
+    }
+
+    fn next_segment(&mut self) -> Result<Option<Segment>, VerifyError> {
+        while let Some(item) = self.path.next() {
+            if let Some(segment) = self.take(item)? {
+                return Ok(Some(segment));
+            }
+        }
+        Ok(None)
+    }
+
+    fn take(&mut self, item: Result<PathItem, E>) -> Result<Option<Segment>, VerifyError> {
+        match item.map_err(|error| VerifyError::Path(error.into()))? {
+            PathItem::Event(event) => {
+                self.corner_slack_mm = 0.0;
+                let at_steps = self.at_steps();
+                self.passed.push_back(Due { event, at_steps });
+                Ok(None)
+            }
+            PathItem::Segment(segment) => {
+                self.read_mm = Some(segment.to_mm);
+                Ok(Some(segment))
+            }
+        }
+    }
+
     fn edge_to(
         &mut self,
-        to: Vector,
+        (to, others): (Vector, Others),
         line: u32,
         feed_mm_s: f64,
         [slack_mm, end_slack_mm]: [f64; 2],
@@ -156,11 +209,16 @@ where
         let (from, start_mm) = (self.at, self.length_mm);
         let way = difference(to, from);
         let length_mm = dot(way, way).sqrt();
-        let edge = Edge { from, to, line, feed_mm_s, start_mm, length_mm, slack_mm, end_slack_mm };
         self.at = to;
         self.length_mm += length_mm;
-        edge
+        let others = [std::mem::replace(&mut self.others, others), others];
+        Edge { from, to, line, feed_mm_s, start_mm, length_mm, others, slack_mm, end_slack_mm }
     }
+}
+
+/// A, B, C, U, V and W of a point.
+fn others(point: &Point) -> Others {
+    OTHER_AXES.map(|axis| point[axis])
 }
 
 impl Cut {

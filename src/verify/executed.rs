@@ -1,8 +1,8 @@
-//! Command → tick point: what the machine executes, in mm.
+//! Tick → tick point: what the machine executes, in mm.
 
 use super::edges::{Vector, linear_axes};
-use super::{Cause, Setup, VerifyError};
-use crate::base::{Axis, AxisMap, Command};
+use super::{OTHER_AXES, Others, Setup};
+use crate::base::{Axis, AxisMap, Tick};
 
 /// Where the axes stand after a tick.
 #[derive(Clone, Copy, Debug)]
@@ -14,21 +14,22 @@ pub struct TickPoint {
     pub moved: bool,
 }
 
-/// The tick points of a command stream.
-pub struct Executed<C> {
-    commands: C,
+/// Adds up ticks.
+#[derive(Clone, Debug)]
+pub struct Executed {
     steps: AxisMap<i64>,
     scale: [Option<(Axis, f64)>; 3],
     ticks: u64,
 }
 
-impl<C> Executed<C> {
-    pub fn new(commands: C, setup: &Setup) -> Self {
+impl Executed {
+    /// From where the machine stands.
+    pub fn new(setup: &Setup) -> Self {
         let scale = linear_axes(setup.machine).map(|axis| {
             let profile = setup.machine.axis(axis?)?;
             Some((profile.axis, profile.steps_per_mm))
         });
-        Executed { commands, steps: setup.start_steps, scale, ticks: 0 }
+        Executed { steps: setup.start_steps, scale, ticks: 0 }
     }
 
     /// Where the axes stand now.
@@ -37,30 +38,19 @@ impl<C> Executed<C> {
             scale.map_or(0.0, |(axis, steps_per_mm)| self.steps[axis] as f64 / steps_per_mm)
         })
     }
-}
 
-impl<C, E> Iterator for Executed<C>
-where
-    C: Iterator<Item = Result<Command, E>>,
-    E: Into<Cause>,
-{
-    type Item = Result<TickPoint, VerifyError>;
+    /// Where the other axes stand now, in steps.
+    pub fn others_steps(&self) -> Others {
+        OTHER_AXES.map(|axis| self.steps[axis] as f64)
+    }
 
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            let tick = match self.commands.next()? {
-                Err(error) => return Some(Err(VerifyError::Commands(error.into()))),
-                Ok(Command::Event(_)) => continue,
-                Ok(Command::Tick(tick)) => tick,
-            };
-            let mut moved = false;
-            for (axis, _) in self.scale.into_iter().flatten() {
-                let count = i64::from(tick.counts[axis]);
-                moved |= count != 0;
-                self.steps[axis] = self.steps[axis].saturating_add(count);
-            }
-            self.ticks += 1;
-            return Some(Ok(TickPoint { tick: self.ticks - 1, at: self.at(), moved }));
+    /// Where they stand after the next tick.
+    pub fn tick(&mut self, tick: &Tick) -> TickPoint {
+        let moved = Axis::LINEAR.into_iter().fold(0, |all, axis| all | tick.counts[axis]) != 0;
+        for (steps, count) in self.steps.0.iter_mut().zip(tick.counts.0) {
+            *steps = steps.saturating_add(i64::from(count));
         }
+        self.ticks += 1;
+        TickPoint { tick: self.ticks - 1, at: self.at(), moved }
     }
 }

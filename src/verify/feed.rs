@@ -63,10 +63,13 @@ pub struct Standing {
 /// Takes ticks one by one.
 #[derive(Debug)]
 pub struct Feed {
-    tick_s: f64,
+    /// Time of a window.
+    time_s: f64,
     rounding_mm: f64,
     /// After each tick of the window and before its first.
     window: VecDeque<Standing>,
+    /// The greatest feed in it.
+    feed_mm_s: f64,
     found: FeedError,
 }
 
@@ -76,9 +79,10 @@ impl Feed {
         let axes = Axis::LINEAR.into_iter().filter_map(|axis| setup.machine.axis(axis));
         let step_mm = axes.map(|axis| 1.0 / axis.steps_per_mm).fold(0.0, f64::max);
         Feed {
-            tick_s: setup.tick_s(),
+            time_s: WINDOW_TICKS as f64 * setup.tick_s(),
             rounding_mm: ROUNDING_STEPS * step_mm,
             window: VecDeque::from([start]),
+            feed_mm_s: start.feed_mm_s,
             found: FeedError::default(),
         }
     }
@@ -86,43 +90,61 @@ impl Feed {
     /// A tick is over.
     pub fn tick(&mut self, standing: Standing, at: Place) {
         self.window.push_back(standing);
+        // A tick matched with the end of one piece may run on the next already: its feed counts.
+        self.feed_mm_s = self.feed_mm_s.max(standing.feed_mm_s);
         if self.window.len() <= WINDOW_TICKS {
             return;
         }
-        // A tick matched with the end of one piece may run on the next already: its feed counts.
-        let feed_mm_s = self.window.iter().map(|standing| standing.feed_mm_s).fold(0.0, f64::max);
-        let way_mm = self.way_mm(&standing);
-        self.window.pop_front();
-        if feed_mm_s <= 0.0 || feed_mm_s.is_infinite() {
-            return;
+        let feed_mm_s = self.feed_mm_s;
+        let Some(first) = self.window.front().copied() else { return };
+        let along_mm = standing.along_mm - first.along_mm;
+        if feed_mm_s > 0.0 && feed_mm_s < f64::INFINITY && self.is_news(along_mm) {
+            self.judge(along_mm.min(self.chords_mm(&first, &standing)), at);
         }
-        let time_s = WINDOW_TICKS as f64 * self.tick_s;
-        let speed_mm_s = way_mm / time_s;
-        let percent = 100.0 * (speed_mm_s / feed_mm_s - 1.0);
+        self.window.pop_front();
+        if first.feed_mm_s >= feed_mm_s && standing.feed_mm_s < feed_mm_s {
+            let feeds = self.window.iter().map(|standing| standing.feed_mm_s);
+            self.feed_mm_s = feeds.fold(0.0, f64::max);
+        }
+    }
+
+    /// Whether a window with this way, at most, may be worse than those before.
+    fn is_news(&self, way_mm: f64) -> bool {
+        let speed_mm_s = way_mm / self.time_s;
+        let share = |window: FeedWindow| window.speed_mm_s / window.allowed_mm_s;
+        100.0 * (speed_mm_s / self.feed_mm_s - 1.0) > self.found.max_percent
+            || self.found.worst.is_none_or(|worst| speed_mm_s / self.allowed_mm_s() > share(worst))
+    }
+
+    /// A full window with this way is over.
+    fn judge(&mut self, way_mm: f64, at: Place) {
+        let speed_mm_s = way_mm / self.time_s;
+        let percent = 100.0 * (speed_mm_s / self.feed_mm_s - 1.0);
         self.found.max_percent = self.found.max_percent.max(percent);
-        let allowed_mm_s = feed_mm_s * (1.0 + EXCESS_SHARE) + self.rounding_mm / time_s;
+        let allowed_mm_s = self.allowed_mm_s();
         let share = |window: FeedWindow| window.speed_mm_s / window.allowed_mm_s;
         if self.found.worst.is_none_or(|worst| speed_mm_s / allowed_mm_s > share(worst)) {
             self.found.worst = Some(FeedWindow { speed_mm_s, allowed_mm_s, at });
         }
     }
 
-    /// The way of a full window that ends here.
-    fn way_mm(&self, last: &Standing) -> f64 {
-        let along_mm = self.window.front().map_or(0.0, |first| last.along_mm - first.along_mm);
+    fn allowed_mm_s(&self) -> f64 {
+        self.feed_mm_s * (1.0 + EXCESS_SHARE) + self.rounding_mm / self.time_s
+    }
+
+    /// The way that was executed in the window, by chords.
+    fn chords_mm(&self, first: &Standing, last: &Standing) -> f64 {
         let corners = self.window.iter().step_by(CHORD_TICKS);
         let chords = corners.clone().zip(corners.skip(1));
         let length_mm = |(from, to): (&Standing, &Standing)| {
             let chord = difference(to.at, from.at);
             dot(chord, chord).sqrt()
         };
-        let way_mm = along_mm.min(chords.map(length_mm).sum());
-        match self.window.front() {
-            Some(first) if self.window.iter().any(|standing| standing.may_be_cut) => {
-                way_mm.min(length_mm((first, last)))
-            }
-            _ => way_mm,
+        let way_mm = chords.map(length_mm).sum();
+        if self.window.iter().any(|standing| standing.may_be_cut) {
+            return length_mm((first, last)).min(way_mm);
         }
+        way_mm
     }
 
     /// What was found.

@@ -6,14 +6,15 @@
 //!   and the path, in X, Y and Z. Matching runs forward along both, so neither a skipped loop nor
 //!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`). Blocks with
 //!   corners under G64 P may be left by P, if that is more than the path tolerance.
-//! - *End point* and the place of every event, exact in steps on every axis.
-//! - *Machine*: counts, accelerations, rest at seams, events and both ends, ticks of a buffer,
-//!   travel (`limits`).
+//! - *Other axes*, rotary and secondary: held to half a step each, tick by tick (`others`).
+//! - *End point* and the place of every event, exact in steps on every axis (`events`).
+//! - *Machine*: counts, travel, ticks of a buffer (`limits`), accelerations, jerk, rest at seams,
+//!   events and both ends (`ramps`).
 //! - *Feed*: mean speed along the path against F (`feed`).
 //!
-//! Commands and path are streams that are read several times; memory is that of the path within
-//! the tolerance. What is not done: rotary and secondary axes are held to the path where it has
-//! events and at its end only; jerk is not looked at.
+//! Commands and path are streams. A sound job is read once as a rule; where its contour error
+//! takes more to be told, or a job is out of tolerance, several times. Memory is that of the path
+//! within the tolerance. What is not done: jerk is reported and not judged.
 
 mod contour;
 mod edges;
@@ -21,20 +22,29 @@ mod events;
 mod executed;
 mod feed;
 mod limits;
+mod matching;
+mod others;
+mod ramps;
 mod report;
 mod sweep;
 
 use std::collections::BTreeMap;
 
-pub use self::contour::{BlendError, Contour, Matched};
-pub use self::feed::{FeedError, FeedWindow};
 pub use self::report::{BlockError, Check, Place, Report, Verdict};
 
-use self::contour::Streams;
+use self::contour::{Contour, Streams};
+use self::feed::FeedWindow;
 use self::limits::Walk;
+use self::matching::BlendError;
 use crate::base::rounding::six_digits;
 use crate::base::{Axis, AxisMap, Command, Machine};
 use crate::path::PathItem;
+
+/// Axes that are no part of the contour.
+const OTHER_AXES: [Axis; 6] = [Axis::A, Axis::B, Axis::C, Axis::U, Axis::V, Axis::W];
+
+/// A value for each of them.
+type Others = [f64; OTHER_AXES.len()];
 
 /// Why a stream of commands or of path broke off.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -96,9 +106,8 @@ where
     PE: Into<Cause>,
 {
     let streams = Streams { setup, commands, path };
-    let walk = streams.walk()?;
     let bound_mm = tolerance_mm(setup.machine);
-    let contour = streams.contour(bound_mm)?;
+    let (walk, contour) = streams.hold(bound_mm)?;
     Ok(report(setup, bound_mm, walk, contour))
 }
 
@@ -115,6 +124,7 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
     let blended = contour.matched.as_ref().and_then(|matched| matched.blended);
     limits.extend(blended.map(|error| blend_check(bound_mm, &error)));
     limits.extend(feed.map(|window| feed_check(&window)));
+    limits.extend(contour.matched.iter().flat_map(|matched| matched.others.iter().cloned()));
     limits.extend(walk.checks);
     let failed = limits.iter().filter(|check| check.verdict == Verdict::Fail);
     let failures: Vec<String> = failed.map(Check::to_string).collect();

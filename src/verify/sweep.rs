@@ -20,6 +20,7 @@
 
 use std::collections::VecDeque;
 
+use super::Others;
 use super::edges::{Edge, Vector, difference, dot};
 
 /// Rows in the window at most: a path with more edges within a tolerance means nothing.
@@ -35,11 +36,15 @@ pub struct Sweep<const N: usize> {
     dead: usize,
     deaths: [Death; N],
     rows: VecDeque<Row<N>>,
+    /// Ends of the executed chord that was walked last.
+    from: Vector,
     at: Vector,
     /// Line of the furthest path edge that the least living distance has reached.
     front_line: u32,
-    /// Greatest feed of the rows dropped since it was last asked for.
-    dropped_feed_mm_s: f64,
+    /// No distance below this suffices: how near rows that have been passed, and tick points, came
+    /// at best, less their slack.
+    low_mm: f64,
+    low: Death,
     work: u64,
 }
 
@@ -59,12 +64,15 @@ pub struct Match {
     pub along_mm: f64,
     /// Distance between the two points.
     pub distance_mm: f64,
+    /// How much further off than elsewhere the path may be passed there.
+    pub slack_mm: f64,
+    /// A distance with which the executed chord can be walked beside the path from the match
+    /// before to this one; infinite where this one lies before it.
+    pub walk_mm: f64,
     /// NC line of the path there.
     pub line: u32,
     /// Greatest feed of the path since the match before; infinite on rapids.
     pub feed_mm_s: f64,
-    /// How much further off than elsewhere the path may be passed there.
-    pub slack_mm: f64,
 }
 
 #[derive(Debug)]
@@ -72,6 +80,11 @@ struct Row<const N: usize> {
     edge: Edge,
     chord: Chord,
     reach: Reach<N>,
+    /// Square of how near executed chords came to its end, and in which tick.
+    near_sq: f64,
+    near_tick: u64,
+    /// Where on its line the last executed point is nearest to it.
+    share: f64,
 }
 
 /// An interval on a border for each distance; empty ones begin at infinity.
@@ -131,6 +144,16 @@ impl Chord {
 }
 
 impl Near {
+    /// Square of the distance from the piece itself, not its line.
+    fn distance_sq(&self) -> f64 {
+        let beyond = (self.share - self.share.clamp(0.0, 1.0)).powi(2);
+        if beyond == 0.0 {
+            self.distance_sq
+        } else {
+            self.distance_sq + beyond / self.inverse_length_sq
+        }
+    }
+
     /// The part of the chord within a distance of the point, as shares of its length; from
     /// infinity where there is none.
     fn within(&self, distance_sq: f64) -> (f64, f64) {
@@ -153,13 +176,17 @@ impl<const N: usize> Sweep<N> {
             dead: 0,
             deaths: [Death::default(); N],
             rows: VecDeque::new(),
+            from: start,
             at: start,
             front_line: first.line,
-            dropped_feed_mm_s: 0.0,
+            low_mm: 0.0,
+            low: Death::default(),
             work: 0,
         };
         let mut row = Row::new(first);
         let near = row.chord.near(start);
+        let apart = difference(start, first.from);
+        sweep.hold(dot(apart, apart).sqrt(), Death { tick: 0, line: first.line });
         for level in 0..N {
             // The start of the path is no corner.
             let (from, to) = near.within(sweep.distances_sq[level]);
@@ -183,6 +210,7 @@ impl<const N: usize> Sweep<N> {
         to: Vector,
         mut more: impl FnMut() -> Result<Option<Edge>, E>,
     ) -> Result<(), E> {
+        self.prune();
         let step = Chord::new(self.at, to);
         let mut below = Reach::EMPTY;
         let (mut least, mut line) = (N, self.front_line);
@@ -204,6 +232,7 @@ impl<const N: usize> Sweep<N> {
             }
             self.work += (N - self.dead) as u64;
             let beside = row.chord.near(to);
+            row.share = beside.share;
             let above = step.near(row.edge.to);
             let edge = &row.edge;
             if edge.slack_mm == 0.0 {
@@ -214,18 +243,33 @@ impl<const N: usize> Sweep<N> {
                 let [side, end] = slacks_mm.map(|slack_mm| squares(&self.distances_mm, slack_mm));
                 cross(&mut row.reach, &mut below, [&beside, &above], [&side, &end], self.dead);
             }
+            if !below.is_empty() && above.distance_sq() < row.near_sq {
+                (row.near_sq, row.near_tick) = (above.distance_sq(), tick);
+            }
             if let Some(level) = row.reach.least(self.dead).filter(|level| *level <= least) {
                 (least, line) = (level, row.edge.line);
             }
         }
-        self.at = to;
+        (self.from, self.at) = (self.at, to);
         self.bury(least, tick);
         self.front_line = line;
-        while self.rows.len() > 1 && self.rows[0].reach.is_empty() {
-            let feed = self.rows.pop_front().map_or(0.0, |row| row.edge.feed_mm_s);
-            self.dropped_feed_mm_s = self.dropped_feed_mm_s.max(feed);
-        }
         Ok(())
+    }
+
+    /// Drops rows that can no longer be reached.
+    fn prune(&mut self) {
+        while self.rows.len() > 1 && self.rows[0].reach.is_empty() {
+            let Some(row) = self.rows.pop_front() else { return };
+            let near_mm = row.near_sq.sqrt() - row.edge.end_slack_mm;
+            self.hold(near_mm, Death { tick: row.near_tick, line: row.edge.line });
+        }
+    }
+
+    /// No distance below this one suffices.
+    fn hold(&mut self, distance_mm: f64, at: Death) {
+        if distance_mm > self.low_mm {
+            (self.low_mm, self.low) = (distance_mm, at);
+        }
     }
 
     /// Ends the walk: distances that have not reached the path's end die at the last tick.
@@ -265,21 +309,28 @@ impl<const N: usize> Sweep<N> {
         self.rows.len() > ROWS_MAX
     }
 
+    /// A distance below which none suffices, as far as is known by now, and where that is so. For
+    /// every executed point has a partner within its reach, and so has every end of an edge.
+    pub fn low(&self) -> (f64, Death) {
+        (self.low_mm, self.low)
+    }
+
     /// The point of the path that is nearest to the executed point among those within reach with
     /// the greatest distance, if possible not before `past_mm` along the path. Among equally near
     /// ones the first, so that a retraced stretch is matched in its order.
-    pub fn nearest(&mut self, past_mm: f64) -> Option<Match> {
+    pub fn nearest(&mut self, tick: u64, past_mm: f64) -> Option<Match> {
         // What rounding may take off a length of metres.
         const ROUNDING_MM: f64 = 1e-9;
         let mut best: Option<(bool, f64, f64, &Edge)> = None;
+        let mut least_mm = f64::INFINITY;
         for row in self.rows.iter().filter(|row| !row.reach.is_empty()) {
-            let share = row.chord.near(self.at).share;
-            let share = share.clamp(row.reach.from[N - 1], row.reach.to[N - 1]);
+            let share = row.share.clamp(row.reach.from[N - 1], row.reach.to[N - 1]);
             let along = row.edge.start_mm + share * row.edge.length_mm;
             let point: Vector =
                 std::array::from_fn(|axis| row.edge.from[axis] + share * row.chord.way[axis]);
             let offset = difference(self.at, point);
             let distance = dot(offset, offset).sqrt();
+            least_mm = least_mm.min(distance - row.edge.slack_mm);
             let back = along < past_mm - ROUNDING_MM;
             let better = best.is_none_or(|(was_back, was, ..)| {
                 (back, distance + if back == was_back { ROUNDING_MM } else { 0.0 })
@@ -289,19 +340,72 @@ impl<const N: usize> Sweep<N> {
                 best = Some((back, distance, along, &row.edge));
             }
         }
-        let (_, distance_mm, along_mm, edge) = best?;
+        let (is_back, distance_mm, along_mm, edge) = best?;
         let (line, slack_mm) = (edge.line, edge.slack_mm);
-        let passed =
-            |edge: &Edge| edge.start_mm <= along_mm && edge.start_mm + edge.length_mm >= past_mm;
-        let passed = self.rows.iter().map(|row| &row.edge).filter(|edge| passed(edge));
-        // Where corners may be cut by more than the ways between them are long, the nearest point need
-        // not be the one meant: any within reach may be.
-        let is_meant = |row: &&Row<N>| row.edge.slack_mm > 0.0 && !row.reach.is_empty();
-        let meant = self.rows.iter().filter(is_meant).map(|row| &row.edge);
-        let feeds = passed.chain(meant).map(|edge| edge.feed_mm_s);
-        let feed_mm_s = feeds.fold(self.dropped_feed_mm_s, f64::max);
-        self.dropped_feed_mm_s = 0.0;
-        Some(Match { along_mm, distance_mm, line, feed_mm_s, slack_mm })
+        self.hold(least_mm, Death { tick, line });
+        let (walk_mm, feed_mm_s) = self.passed(past_mm, along_mm);
+        let walk_mm = if is_back { f64::INFINITY } else { walk_mm.max(distance_mm - slack_mm) };
+        Some(Match { along_mm, distance_mm, slack_mm, walk_mm, line, feed_mm_s })
+    }
+
+    /// Between two places along the path: the greatest distance of its corners from the executed
+    /// chord, less their slack, in their order, and the greatest feed. Where corners may be cut by more
+    /// than the ways between them are long, the nearest point need not be the one meant: any within
+    /// reach may be.
+    fn passed(&self, past_mm: f64, along_mm: f64) -> (f64, f64) {
+        let step = Chord::new(self.from, self.at);
+        let (mut share, mut walk_mm, mut feed_mm_s) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for Row { edge, reach, .. } in &self.rows {
+            let end_mm = edge.start_mm + edge.length_mm;
+            if edge.start_mm > along_mm || end_mm < past_mm {
+                if edge.slack_mm > 0.0 && !reach.is_empty() {
+                    feed_mm_s = feed_mm_s.max(edge.feed_mm_s);
+                }
+                continue;
+            }
+            feed_mm_s = feed_mm_s.max(edge.feed_mm_s);
+            if end_mm <= along_mm {
+                share = share.max(step.near(edge.to).share.clamp(0.0, 1.0));
+                let off: Vector = std::array::from_fn(|axis| {
+                    edge.to[axis] - step.from[axis] - share * step.way[axis]
+                });
+                walk_mm = walk_mm.max(dot(off, off).sqrt() - edge.end_slack_mm);
+            }
+        }
+        (walk_mm, feed_mm_s)
+    }
+
+    /// The distance of the rest of the path from the last executed point, once that has ended.
+    pub fn rest(&mut self, tick: u64, past_mm: f64) -> f64 {
+        let (mut rest_mm, mut last) = (0.0_f64, None);
+        for Row { edge, .. } in &self.rows {
+            let off = difference(self.at, edge.to);
+            let off_mm = dot(off, off).sqrt();
+            last = Some((off_mm - edge.slack_mm, edge.line));
+            if edge.start_mm + edge.length_mm >= past_mm {
+                rest_mm = rest_mm.max(off_mm - edge.end_slack_mm);
+            }
+        }
+        if let Some((distance_mm, line)) = last {
+            self.hold(distance_mm, Death { tick, line });
+        }
+        rest_mm
+    }
+
+    /// Between which positions each of the other axes may be, by the part of the path in reach.
+    pub fn others(&self) -> [Others; 2] {
+        let mut range = [[f64::INFINITY; 6], [f64::NEG_INFINITY; 6]];
+        for row in self.rows.iter().filter(|row| !row.reach.is_empty()) {
+            let [from, to] = row.edge.others;
+            for share in [row.reach.from[N - 1], row.reach.to[N - 1]] {
+                for axis in 0..from.len() {
+                    let at = from[axis] + share * (to[axis] - from[axis]);
+                    range[0][axis] = range[0][axis].min(at);
+                    range[1][axis] = range[1][axis].max(at);
+                }
+            }
+        }
+        range
     }
 
     fn bury(&mut self, least: usize, tick: u64) {
@@ -313,7 +417,9 @@ impl<const N: usize> Sweep<N> {
 
 impl<const N: usize> Row<N> {
     fn new(edge: Edge) -> Self {
-        Row { edge, chord: Chord::new(edge.from, edge.to), reach: Reach::EMPTY }
+        let chord = Chord::new(edge.from, edge.to);
+        let (near_sq, near_tick, share) = (f64::INFINITY, 0, 0.5);
+        Row { edge, chord, reach: Reach::EMPTY, near_sq, near_tick, share }
     }
 }
 

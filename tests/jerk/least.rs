@@ -10,10 +10,10 @@ use cnc::base::{Axis, Machine};
 use cnc::path::{Rates, Segment};
 
 /// Places of the path.
-const PLACES: usize = 240;
+const PLACES: usize = 200;
 /// Classes of speeds and of accelerations that are told apart.
-const SPEEDS: f64 = 70.0;
-const ACCELS: f64 = 12.0;
+const SPEEDS: f64 = 100.0;
+const ACCELS: f64 = 16.0;
 
 /// A place: where, how position changes before and after it, and the greatest speed there.
 struct Place {

@@ -1,7 +1,7 @@
 //! From a program to commands, as `interpolate`, `verify` and `send` all need it: checked whole
 //! first, then planned and interpolated.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -68,7 +68,8 @@ pub struct Program {
     pub inputs: Vec<Origin>,
     options: interp::Options,
     feed: Feed,
-    seams: Seams,
+    /// Where node buffers end; nobody but a plan asks for it.
+    seams: OnceCell<Seams>,
 }
 
 impl Program {
@@ -113,7 +114,7 @@ impl Program {
         let subprograms = checked.inputs.iter().cloned();
         let subprograms = subprograms.map(|(name, sha256)| Origin { name, sha256 });
         let inputs = tools_origin.into_iter().chain(subprograms).collect();
-        let seams = plan::place(path_of(&source, &machine, &options), &machine, feed)?;
+        let seams = OnceCell::new();
         Ok(Ok(Program { source, machine, checked, inputs, options, feed, seams }))
     }
 
@@ -136,19 +137,20 @@ impl Program {
     pub fn commands<'a>(
         &'a self,
         summary: &'a RefCell<Summary>,
-    ) -> impl Iterator<Item = Result<Command, RunError>> + 'a {
+    ) -> Result<impl Iterator<Item = Result<Command, RunError>> + 'a, RunError> {
         let start = self.start_mm();
-        let plan = plan::plan(self.path(), &self.machine, self.feed, &self.seams, start);
+        let plan = plan::plan(self.path(), &self.machine, self.feed, self.seams()?, start);
         let plan = plan.inspect(|planned| {
             if let Ok(planned) = planned {
                 summary.borrow_mut().planned(planned);
             }
         });
-        step::interpolate(plan, &self.machine, start).inspect(|command| {
+        let commands = step::interpolate(plan, &self.machine, start);
+        Ok(commands.inspect(|command| {
             if let Ok(command) = command {
                 summary.borrow_mut().command(command);
             }
-        })
+        }))
     }
 
     /// The commands that the seed's own encoder makes of the path.
@@ -163,14 +165,25 @@ impl Program {
         })
     }
 
+    /// Where node buffers end, found when it is first asked for.
+    fn seams(&self) -> Result<&Seams, RunError> {
+        if let Some(seams) = self.seams.get() {
+            return Ok(seams);
+        }
+        let placed = plan::place(self.path(), &self.machine, self.feed)?;
+        Ok(self.seams.get_or_init(|| placed))
+    }
+
     /// What sets the speed of each block.
-    pub fn block_speeds(&self) -> impl Iterator<Item = Result<BlockSpeed, RunError>> {
-        plan::explain(self.path(), &self.machine, self.feed, &self.seams)
+    pub fn block_speeds(
+        &self,
+    ) -> Result<impl Iterator<Item = Result<BlockSpeed, RunError>>, RunError> {
+        Ok(plan::explain(self.path(), &self.machine, self.feed, self.seams()?))
     }
 
     /// What each seam costs.
     pub fn seam_costs(&self) -> Result<SeamReport, RunError> {
-        plan::survey(self.path(), &self.machine, self.feed, &self.seams)
+        plan::survey(self.path(), &self.machine, self.feed, self.seams()?)
     }
 
     /// The header of the job's dump.

@@ -57,6 +57,8 @@ pub struct Smoother {
     runs: Vec<Run>,
     /// How the first of them begins.
     state: State,
+    /// Runs that are smoothed together at least.
+    enough_min: usize,
     /// Runs that are collected before the passes run again.
     enough: usize,
     ready: VecDeque<Decided>,
@@ -65,12 +67,12 @@ pub struct Smoother {
 impl Smoother {
     /// From rest.
     pub fn new() -> Smoother {
-        Smoother {
-            runs: Vec::new(),
-            state: State::default(),
-            enough: RUNS_MIN,
-            ready: VecDeque::new(),
-        }
+        Smoother::with_at_least(RUNS_MIN)
+    }
+
+    fn with_at_least(enough_min: usize) -> Smoother {
+        let (runs, ready) = (Vec::new(), VecDeque::new());
+        Smoother { runs, state: State::default(), enough_min, enough: enough_min, ready }
     }
 
     /// Takes the next item. The path ends at rest.
@@ -82,10 +84,10 @@ impl Smoother {
         if ends_mm_s[1] == 0.0 {
             self.smooth(true);
             self.state = State::default();
-            self.enough = RUNS_MIN;
+            self.enough = self.enough_min;
         } else if self.runs.len() >= self.enough {
             self.smooth(false);
-            self.enough = RUNS_MIN.max(2 * self.runs.len());
+            self.enough = self.enough_min.max(2 * self.runs.len());
         }
     }
 
@@ -160,4 +162,82 @@ fn certain(parts: &[round::Part], ends_mm: &[f64], open_mm: f64) -> usize {
         }
     }
     count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::{Axis, Machine, Plane, Point};
+    use crate::path::{Arc, Curve, Segment};
+
+    /// Pieces of circles of changing radius that join, and the greatest speeds on them.
+    fn decided(machine: &Machine) -> Vec<Decided> {
+        let mut pieces = Vec::new();
+        for k in 0..60 {
+            let radius_mm = 0.5 + 8.0 * f64::from(k * 37 % 17) / 17.0;
+            let mut from_mm = Point::ZERO;
+            from_mm[Axis::X] = radius_mm;
+            let mut to_mm = from_mm;
+            to_mm[Axis::X] = -radius_mm;
+            let arc = Arc {
+                plane: Plane::Xy,
+                center_mm: [0.0; 2],
+                radius_from_mm: radius_mm,
+                radius_to_mm: radius_mm,
+                angle_from_rad: 0.0,
+                sweep_rad: std::f64::consts::PI,
+            };
+            let (line, corner) = (k + 1, Default::default());
+            let curve = Curve::Arc(arc);
+            let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
+            let segment = std::sync::Arc::new(segment);
+            let take = |piece, _| pieces.push(piece);
+            Piece::cut(&segment, machine, true, Junction::STRAIGHT, take);
+        }
+        let mut speeds_sq = vec![0.0; pieces.len() + 1];
+        for i in (1..pieces.len()).rev() {
+            let before = pieces[i - 1].ends_sq_max[1];
+            speeds_sq[i] = pieces[i].entry_sq_max(speeds_sq[i + 1]).min(before);
+        }
+        for i in 1..pieces.len() {
+            speeds_sq[i] = pieces[i - 1].exit_sq_max(speeds_sq[i - 1]).min(speeds_sq[i]);
+        }
+        let ends = |i: usize| [speeds_sq[i].sqrt(), speeds_sq[i + 1].sqrt()];
+        let decide = |(i, piece): (usize, Piece)| {
+            let (junction, ends_mm_s, at_seam) = (Junction::STRAIGHT, ends(i), false);
+            let ramp = piece.ramp(ends_mm_s);
+            Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam }
+        };
+        pieces.into_iter().enumerate().map(decide).collect()
+    }
+
+    /// What is given out early takes the time that it takes in the whole, and is never faster than with
+    /// constant accelerations.
+    #[test]
+    fn parts_are_smoothed_as_the_whole() {
+        for machine in ["starmill", "router"] {
+            let machine = Machine::load(machine).unwrap();
+            let time_s = |enough_min: usize| -> f64 {
+                let mut smoother = Smoother::with_at_least(enough_min);
+                let (mut time_s, mut limits) = (0.0, VecDeque::new());
+                for decided in decided(&machine) {
+                    if let Decided::Piece { ends_mm_s, .. } = &decided {
+                        limits.push_back(ends_mm_s[1]);
+                    }
+                    smoother.push(decided);
+                    while let Some(Decided::Piece { ends_mm_s, ramp, .. }) = smoother.pop() {
+                        let limit_mm_s = limits.pop_front().unwrap_or(0.0);
+                        assert!(ends_mm_s[1] <= limit_mm_s * (1.0 + 1e-6), "{ends_mm_s:?}");
+                        time_s += ramp.duration_s();
+                    }
+                }
+                time_s
+            };
+            let whole_s = time_s(usize::MAX);
+            for enough_min in [1, 7, 64, 500] {
+                let ratio = time_s(enough_min) / whole_s;
+                assert!((ratio - 1.0).abs() < 1e-3, "{} {enough_min}: {ratio}", machine.id);
+            }
+        }
+    }
 }

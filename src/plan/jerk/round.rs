@@ -129,10 +129,9 @@ impl<'a> Rounding<'a> {
         if !offer.ends_lane {
             return false;
         }
-        if offer.follows {
-            if self.is_before_break(&offer.end, self.lane) {
-                return true;
-            }
+        // No arc from the ceiling leaves it before it breaks.
+        if offer.follows && self.is_before_break(&offer.end, self.lane) {
+            return true;
         }
         self.sweep(offer.end, next).is_none()
     }

@@ -182,7 +182,7 @@ fn each_command(
     let changed = |error: RunError| anyhow!(error).context("the program changed while it was read");
     match args.encoder {
         Encoder::Exact => {
-            for command in program.commands(summary) {
+            for command in program.commands(summary).map_err(changed)? {
                 take(&command.map_err(changed)?)?;
             }
         }

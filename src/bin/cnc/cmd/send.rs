@@ -73,7 +73,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
-    let job = gather(program.commands(&summary), start_steps, machine)?.or_bad_input()?;
+    let job = gather(program.commands(&summary)?, start_steps, machine)?.or_bad_input()?;
     run_job(args, global, machine, job, Some(&program))
 }
 
@@ -211,7 +211,7 @@ fn verified(program: &Program) -> anyhow::Result<verify::Report> {
         with_buffers: true,
     };
     let summary = RefCell::new(Summary::default());
-    let commands = || Ok::<_, RunError>(program.commands(&summary));
+    let commands = || program.commands(&summary);
     Ok(verify::verify(&setup, commands, || Ok::<_, RunError>(program.path()))?)
 }
 

@@ -14,7 +14,7 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
 use crate::input::{self, Start};
 use crate::language::{DialectArg, LanguageArgs, SubprogramArgs};
-use crate::program::{FeedMode, MotionArgs, Program};
+use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 
 /// Hold a command dump against the path of its program
 #[derive(Debug, clap::Args)]
@@ -99,8 +99,8 @@ fn open(args: &Args, dump: &Source, machine: &Machine) -> Result<Reader, TapeErr
     }
 }
 
-/// The header's own figures are no part of the hash of its rows, so they are held against the
-/// profile one by one.
+/// A dump for another machine than the one at hand cannot even be read by it. (The header is no
+/// part of the hash of the rows: all of it is held against what the program comes to here.)
 fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
     let of = &header.machine;
     if of.name != machine.id {
@@ -119,18 +119,10 @@ fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
             of.name
         );
     }
-    let scale = |axis| machine.axis(axis).map(|profile| profile.steps_per_mm);
-    if let Some((axis, steps)) = header.steps_per_mm.iter().find(|(a, s)| scale(*a) != Some(*s)) {
-        bail!("the dump has {axis}={steps} steps per mm, which machine '{}' has not", machine.id);
-    }
-    let is_thesis = header.options.iter().any(|option| is(option, "encoder", "thesis"));
-    if header.tick_us != machine.bus.tick_us && !is_thesis {
-        let (dump, profile) = (header.tick_us, machine.bus.tick_us);
-        bail!("the dump has ticks of {dump} us, machine '{}' has {profile} us", machine.id);
-    }
     Ok(())
 }
 
+/// Everything that the header says, but for names of files and of the tool that wrote it.
 fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
     if header.program.sha256 != program.checked.sha256 {
         bail!(
@@ -153,6 +145,42 @@ fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
     if let Some(input) = missing(&program.inputs, &header.inputs) {
         bail!("the dump was made without '{}'; leave it out", input.name);
     }
+    let is_thesis = header.options.iter().any(|option| is(option, "encoder", "thesis"));
+    let encoder = if is_thesis { Encoder::Thesis } else { Encoder::Exact };
+    let due = program.header(encoder, header.encoding);
+    check_figures(header, &due, &program.machine.id)
+}
+
+/// The rest of a header against that of a dump made here.
+fn check_figures(header: &Header, due: &Header, machine: &str) -> anyhow::Result<()> {
+    let list = |options: &[(String, String)]| {
+        options.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ")
+    };
+    if header.options != due.options {
+        let [found, due] = [&header.options, &due.options].map(|options| list(options));
+        bail!("the dump has the options '{found}', which this tool would write as '{due}'");
+    }
+    for (axis, steps) in &header.steps_per_mm {
+        match due.steps_per_mm.iter().find(|(other, _)| other == axis) {
+            Some((_, due)) if due == steps => {}
+            Some((_, due)) => bail!(
+                "the dump has {axis}={steps} steps per mm, machine '{machine}' has {axis}={due}"
+            ),
+            None => bail!("the dump has a column {axis}, which the program does not move"),
+        }
+        let [found, due] = [header, due].map(|header| header.start_steps[*axis]);
+        if found != due {
+            bail!("the dump starts at step {axis}={found}, where the job starts at {axis}={due}");
+        }
+    }
+    let has = |axis| header.steps_per_mm.iter().any(|(other, _)| *other == axis);
+    if let Some((axis, _)) = due.steps_per_mm.iter().find(|(axis, _)| !has(*axis)) {
+        bail!("the dump has no column {axis}, which the program moves");
+    }
+    if header.tick_us != due.tick_us {
+        let (found, due) = (header.tick_us, due.tick_us);
+        bail!("the dump has ticks of {found} us, machine '{machine}' has {due} us");
+    }
     Ok(())
 }
 
@@ -164,7 +192,7 @@ fn is((name, value): &(String, String), wanted: &str, as_value: &str) -> bool {
 fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<MotionArgs> {
     let subprograms = args.subprograms.clone();
     let language = LanguageArgs { subprograms, ..Default::default() };
-    let start = start(header, machine);
+    let start = start(header, machine).filter(|_| args.unsealed);
     let feed = FeedMode::ExactStop;
     let mut motion = MotionArgs { feed, feed_override: None, start, tools: None, language };
     for option in &header.options {
@@ -196,7 +224,7 @@ fn dialect((name, value): &(String, String)) -> Option<Dialect> {
     Dialect::ALL.into_iter().find(is_known)
 }
 
-/// Where the dump starts, unless that is where every job starts.
+/// Where a dump starts that says so by its steps alone, unless that is where every job starts.
 fn start(header: &Header, machine: &Machine) -> Option<Start> {
     let usual = machine.nearest_steps(&machine.work_zero_mm);
     (header.start_steps != usual).then(|| Start::at(&machine.position_mm(&header.start_steps)))

@@ -16,7 +16,9 @@ use crate::program::Program;
 pub fn report(program: &Program, as_json: bool) -> Result<(), Failure> {
     let summary = RefCell::new(Summary::default());
     let changed = |error| anyhow!("{error}").context("the program changed while it was read");
-    program.commands(&summary).try_for_each(|command| command.map(drop)).map_err(changed)?;
+    let mut commands = program.commands(&summary).map_err(changed)?;
+    commands.try_for_each(|command| command.map(drop)).map_err(changed)?;
+    drop(commands);
     let seams = summary.into_inner().seams(&program.machine);
     let costs = program.seam_costs().map_err(changed)?;
     if seams.len() != costs.seams.len() {

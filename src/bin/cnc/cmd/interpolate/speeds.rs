@@ -16,9 +16,9 @@ pub fn report(program: &Program, as_json: bool) -> Result<(), Failure> {
     if !as_json {
         head(&mut out)?;
     }
-    for block in program.block_speeds() {
-        let block = block
-            .map_err(|error| anyhow!(error).context("the program changed while it was read"))?;
+    let changed = |error| anyhow!("{error}").context("the program changed while it was read");
+    for block in program.block_speeds().map_err(changed)? {
+        let block = block.map_err(changed)?;
         if as_json {
             json_line(&mut out, &block)?;
         } else {

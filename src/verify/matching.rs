@@ -1,0 +1,247 @@
+//! Tick points against the path, with one distance that may suffice: where on the path each of them
+//! belongs, and what follows from that.
+
+use super::edges::Edges;
+use super::executed::Executed;
+use super::feed::{Feed, FeedError, Standing};
+use super::others::OtherAxes;
+use super::report::{BlockError, Check, Place};
+use super::sweep::{Death, Match, Sweep};
+use super::{Cause, Setup, VerifyError};
+use crate::base::Tick;
+use crate::path::PathItem;
+
+/// How many blocks are named.
+const WORST_BLOCKS: usize = 10;
+
+/// What matching tick points with the path tells.
+#[derive(Clone, Debug, Default)]
+pub struct Matched {
+    /// Root mean square of the tick points' distances.
+    pub rms_mm: f64,
+    /// The blocks with the greatest distances, greatest first.
+    pub worst_blocks: Vec<BlockError>,
+    /// Speed along the path against feed.
+    pub feed: FeedError,
+    /// Axes other than X, Y and Z against the path.
+    pub others: Vec<Check>,
+    /// Where G64 P lets corners be cut by more than the path tolerance: the tick point that is
+    /// furthest off for what it may be, in blocks with that; none without such blocks.
+    pub blended: Option<BlendError>,
+}
+
+/// A tick point beside a corner that may be cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlendError {
+    /// Its distance from the path.
+    pub distance_mm: f64,
+    /// What is allowed there beyond the bound of the contour elsewhere.
+    pub slack_mm: f64,
+    /// Where it is.
+    pub at: Place,
+}
+
+/// What a distance that suffices leads to.
+#[derive(Debug)]
+pub struct Matching {
+    pub matched: Matched,
+    /// No distance below this suffices, by what happens here.
+    pub low_mm: f64,
+    pub low_at: Death,
+    /// This distance suffices; infinite where matching does not tell.
+    pub high_mm: f64,
+}
+
+/// Takes ticks one by one.
+pub struct Matcher {
+    executed: Executed,
+    sweep: Sweep<1>,
+    feed: Feed,
+    others: OtherAxes,
+    blocks: Blocks,
+    blended: Corners,
+    standing: Standing,
+    line: u32,
+    high_mm: f64,
+    last_tick: u64,
+    has_moved: bool,
+}
+
+impl Matcher {
+    /// At the start of job and path, whose first edge is given.
+    pub fn new(setup: &Setup, distance_mm: f64, first: super::edges::Edge) -> Matcher {
+        let executed = Executed::new(setup);
+        let start = executed.at();
+        let standing =
+            Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s, may_be_cut: false };
+        let sweep = Sweep::new([distance_mm], start, first);
+        let mut others = OtherAxes::new(setup.machine);
+        others.reach(sweep.others());
+        Matcher {
+            executed,
+            feed: Feed::new(setup, standing),
+            others,
+            blocks: Blocks::default(),
+            blended: Corners::default(),
+            standing,
+            line: first.line,
+            high_mm: sweep.low().0,
+            sweep,
+            last_tick: 0,
+            has_moved: false,
+        }
+    }
+
+    /// Whether the distance has been found too small.
+    pub fn is_dead(&self) -> bool {
+        self.sweep.dead() > 0
+    }
+
+    /// The next tick of the job.
+    pub fn tick<P, E>(&mut self, tick: &Tick, edges: &mut Edges<'_, P>) -> Result<(), VerifyError>
+    where
+        P: Iterator<Item = Result<PathItem, E>>,
+        E: Into<Cause>,
+    {
+        let point = self.executed.tick(tick);
+        self.last_tick = point.tick;
+        if self.is_dead() {
+            return Ok(());
+        }
+        if point.moved {
+            self.has_moved = true;
+            self.sweep.advance(point.tick, point.at, || edges.next())?;
+            if self.sweep.is_overfull() {
+                return Err(VerifyError::TooDense { tick: point.tick });
+            }
+            let Some(near) = self.sweep.nearest(point.tick, self.standing.along_mm) else {
+                return Ok(());
+            };
+            self.high_mm = self.high_mm.max(near.walk_mm);
+            let at = Place { tick: point.tick, line: near.line };
+            self.blocks.add(near.distance_mm, at);
+            self.blended.add(&near, at);
+            let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);
+            let may_be_cut = near.slack_mm > 0.0;
+            self.standing = Standing { at: point.at, along_mm, feed_mm_s, may_be_cut };
+            self.line = near.line;
+        } else {
+            self.standing.feed_mm_s = 0.0;
+        }
+        let place = Place { tick: point.tick, line: self.line };
+        self.feed.tick(self.standing, place);
+        if self.others.any() {
+            if point.moved {
+                self.others.reach(self.sweep.others());
+            }
+            let steps = self.executed.others_steps();
+            if !point.moved && !self.others.allow(&steps) {
+                // X, Y and Z rest: the path may have run on where it moves other axes alone.
+                self.sweep.advance(point.tick, point.at, || edges.next())?;
+                self.others.reach(self.sweep.others());
+            }
+            self.others.take(&steps, place);
+        }
+        Ok(())
+    }
+
+    /// The end of the job: whether the distance suffices.
+    pub fn end<P, E>(
+        mut self,
+        edges: &mut Edges<'_, P>,
+    ) -> Result<Result<Matching, Death>, VerifyError>
+    where
+        P: Iterator<Item = Result<PathItem, E>>,
+        E: Into<Cause>,
+    {
+        if !self.has_moved {
+            // All of the path is held against the one point: it may be shorter than a step.
+            self.sweep.advance(self.last_tick, self.standing.at, || edges.next())?;
+        }
+        if !self.is_dead() {
+            self.sweep.finish(self.last_tick, || edges.next())?;
+        }
+        if let Some(death) = self.sweep.death(0) {
+            return Ok(Err(death));
+        }
+        let rest_mm = self.sweep.rest(self.last_tick, self.standing.along_mm);
+        let (low_mm, low_at) = self.sweep.low();
+        let matched = Matched {
+            rms_mm: self.blocks.rms_mm(),
+            worst_blocks: self.blocks.worst(),
+            feed: self.feed.end(),
+            others: self.others.checks(),
+            blended: self.blended.worst,
+        };
+        Ok(Ok(Matching { matched, low_mm, low_at, high_mm: self.high_mm.max(rest_mm) }))
+    }
+}
+
+/// Tick points beside corners that may be cut.
+#[derive(Debug, Default)]
+struct Corners {
+    worst: Option<BlendError>,
+}
+
+impl Corners {
+    fn add(&mut self, near: &Match, at: Place) {
+        let Match { distance_mm, slack_mm, .. } = *near;
+        let is_worse =
+            |worst: BlendError| distance_mm - slack_mm > worst.distance_mm - worst.slack_mm;
+        if slack_mm > 0.0 && self.worst.is_none_or(is_worse) {
+            self.worst = Some(BlendError { distance_mm, slack_mm, at });
+        }
+    }
+}
+
+/// Distances of tick points, by block. Matching runs forward, so the points of a block come
+/// together; a block that comes again (a subroutine) keeps its greatest distance.
+#[derive(Debug, Default)]
+struct Blocks {
+    points: u64,
+    sum_sq: f64,
+    current: Option<BlockError>,
+    worst: Vec<BlockError>,
+}
+
+impl Blocks {
+    fn add(&mut self, max_mm: f64, at: Place) {
+        self.points += 1;
+        self.sum_sq += max_mm * max_mm;
+        match &mut self.current {
+            Some(block) if block.line == at.line => {
+                if max_mm > block.max_mm {
+                    *block = BlockError { line: at.line, tick: at.tick, max_mm };
+                }
+            }
+            _ => {
+                self.close();
+                self.current = Some(BlockError { line: at.line, tick: at.tick, max_mm });
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        let Some(block) = self.current.take() else { return };
+        let least_mm = self.worst.last().map_or(0.0, |last| last.max_mm);
+        if self.worst.len() == WORST_BLOCKS && block.max_mm <= least_mm {
+            return;
+        }
+        match self.worst.iter_mut().find(|known| known.line == block.line) {
+            Some(known) if known.max_mm < block.max_mm => *known = block,
+            Some(_) => {}
+            None => self.worst.push(block),
+        }
+        self.worst.sort_by(|a, b| b.max_mm.total_cmp(&a.max_mm));
+        self.worst.truncate(WORST_BLOCKS);
+    }
+
+    fn rms_mm(&self) -> f64 {
+        if self.points == 0 { 0.0 } else { (self.sum_sq / self.points as f64).sqrt() }
+    }
+
+    fn worst(mut self) -> Vec<BlockError> {
+        self.close();
+        self.worst
+    }
+}
