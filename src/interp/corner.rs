@@ -166,7 +166,7 @@ impl Executor<'_> {
         if self.held_move.is_some() {
             self.join_corner(made, out);
         }
-        self.hold_corner(block, out);
+        self.hold_corner(block, made, out);
     }
 
     /// Makes axis words of an angle.
@@ -291,10 +291,12 @@ impl Executor<'_> {
         Some((finish, toward, word))
     }
 
-    /// Holds the move that the block has made, if its corner waits for the next.
-    fn hold_corner(&mut self, block: &Block, out: &mut Output<'_>) {
+    /// Holds the move that the block has made behind so many others, if its corner waits for the next.
+    fn hold_corner(&mut self, block: &Block, made: usize, out: &mut Output<'_>) {
         let Some((finish, toward, word)) = self.finish_of(block, out.faults) else { return };
-        let Some(Motion::Move(step)) = out.motions.pop_if(|motion| is_rounded(motion)) else {
+        let is_own = out.motions.len() > made;
+        let Some(Motion::Move(step)) = out.motions.pop_if(|motion| is_own && is_rounded(motion))
+        else {
             out.faults.push(lone(&word));
             return;
         };
