@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 
-use cnc::base::machine::Rapid;
 use cnc::base::{Axis, Command, Machine, Plane, Point, Tick};
 use cnc::interp::{Motion, Move, MoveKind};
 use cnc::path::{self, PathItem, Segment};
@@ -218,23 +217,6 @@ proptest! {
         let feed = [Feed::LookAhead, Feed::ExactStop, Feed::Constant][feed as usize];
         for name in ["starmill", "router", "ideal"] {
             check(&legs, &load(name), feed)?;
-        }
-    }
-
-    /// The same where every axis makes its rapids on its own, and no two are alike.
-    #[test]
-    fn independent_rapids_keep_every_limit(legs in legs()) {
-        for name in ["starmill", "router"] {
-            let mut machine = load(name);
-            machine.rapid = Rapid::Independent;
-            machine.axes[1].speed_max_mm_s *= 0.7;
-            machine.axes[2].accel_max_mm_s2 *= 0.3;
-            let by = |(i, leg): (usize, &Leg)| {
-                let feed_mm_min = leg.feed_mm_min.filter(|_| i % 4 == 3);
-                Leg { feed_mm_min, arc: None, ..*leg }
-            };
-            let rapids: Vec<Leg> = legs.iter().enumerate().map(by).collect();
-            check(&rapids, &machine, Feed::LookAhead)?;
         }
     }
 
