@@ -1,5 +1,7 @@
 //! The master against virtual nodes, in virtual time, without IO: jobs made from seeds, and faults.
 
+use std::time::Duration;
+
 use cnc::base::machine::Unit;
 use cnc::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use cnc::wire::{
@@ -101,6 +103,9 @@ impl Wire {
 impl Link for Wire {
     fn now_us(&mut self) -> u64 {
         self.sim.now_us()
+    }
+    fn idle(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
+        self.sim.idle(bytes, wait)
     }
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         let fills = |node: &Node| node.activity() == Activity::Filling;
@@ -345,7 +350,7 @@ fn every_kind_of_move_runs_as_planned() {
             .operator
             .events
             .iter()
-            .any(|event| matches!(event, MasterEvent::Event(event) if event.kind == kind))
+            .any(|event| matches!(event, MasterEvent::Event(event) | MasterEvent::Dwell(event) if event.kind == kind))
     };
     assert!(told("M3 S1200") && told("M30") && told("G4 P1"));
 }

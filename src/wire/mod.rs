@@ -14,6 +14,7 @@ mod master;
 mod node;
 mod nodes;
 mod order;
+mod places;
 mod report;
 
 pub use error::JobError;

@@ -50,6 +50,12 @@ pub trait Link {
         answer_from_us: Option<u64>,
     ) -> Result<(), LinkError>;
 
+    /// Lets our time pass while something else is under way, and adds bytes that come in it.
+    ///
+    /// # Errors
+    /// When the link fails.
+    fn idle(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError>;
+
     /// Lets bytes that are still on their way arrive.
     fn drain(&mut self) {}
 }
@@ -131,6 +137,10 @@ impl<P: Port> Link for Paced<P> {
         }
         self.read(bytes, Duration::ZERO)?;
         Ok(())
+    }
+
+    fn idle(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
+        self.read(bytes, wait).map(drop)
     }
 
     fn drain(&mut self) {

@@ -1,10 +1,12 @@
 //! 8 Bytes ⇄ the outside: serial ports, pseudo-terminals, simulated buses, and the clock.
 //!
 //! [`drive()`] runs a [`crate::wire::Master`] over a [`Link`]; [`serve()`] runs
-//! [`crate::wire::Nodes`] on a [`Pty`]. Knows no byte of the protocol.
+//! [`crate::wire::Nodes`] on a [`Pty`], [`HookRunner`] what a job asks for besides motion. Knows no byte of the protocol.
 
 mod clock;
 mod drive;
+mod hands;
+mod hooks;
 mod link;
 mod pty;
 mod serial;
@@ -13,6 +15,8 @@ mod sim;
 
 pub use clock::{Clock, Speed};
 pub use drive::{Operator, drive};
+pub use hands::Hands;
+pub use hooks::{Call, HookError, HookRunner, calls, find_programs, shown};
 pub use link::{Link, LinkError, Paced, Port};
 pub use pty::Pty;
 pub use serial::{OpenError, Serial, is_pseudo_terminal, latency_timer_ms};

@@ -51,6 +51,25 @@ impl<'t> Keys<'t> {
         }
     }
 
+    /// Whether a table is there; anything else is no fault.
+    pub fn is_table(&mut self, path: &str) -> bool {
+        matches!(self.ask(path).map(Spanned::get_ref), Some(DeValue::Table(_)))
+    }
+
+    /// The keys of a table as they stand there, known or not.
+    pub fn names(&self, path: &str) -> Vec<String> {
+        let table = self.value(path).and_then(|value| value.get_ref().as_table());
+        table
+            .map_or(Vec::new(), |table| table.keys().map(|key| key.get_ref().to_string()).collect())
+    }
+
+    /// Notes that a key is missing, unless something is wrong with it.
+    pub fn must_have(&mut self, path: &str) {
+        if self.ask(path).is_none() {
+            self.missing.push(path.to_owned());
+        }
+    }
+
     /// Whether a table is there that must be.
     pub fn table(&mut self, path: &str) -> bool {
         if self.ask(path).is_none() {
@@ -214,15 +233,6 @@ impl<'t> Keys<'t> {
     pub fn wrong(&mut self, path: &str, message: String, help: Option<String>) {
         let place = self.value(path).map_or(0..0, Spanned::span);
         self.fault("profile-value", place, format!("{path}: {message}"), help);
-    }
-
-    /// Says that a key means something, but nothing in this version.
-    pub fn unsupported(&mut self, path: &str, message: &str, help: &str) {
-        if let Some(value) = self.ask(path) {
-            let place = value.span();
-            let message = format!("{path}: {message}");
-            self.fault("profile-unsupported", place, message, Some(help.to_owned()));
-        }
     }
 
     /// Once all keys have been asked for: notes those that nobody asked for and those that are

@@ -62,9 +62,12 @@ impl Timing {
 /// What the master tells its caller.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MasterEvent {
-    /// An event of the program: it is passed without waiting, except for dwells, which are kept.
+    /// A dwell of the program, which the master keeps.
+    Dwell(Event),
+    /// An event of the program: something has to be done. All axes rest, and nothing is sent until
+    /// [`Master::event_done`], or the job ends with [`Master::event_failed`].
     Event(Event),
-    /// An event that waits for a person. All nodes are idle. Go on with [`Master::resume`].
+    /// The same, for an event that waits for a person: all nodes are idle too.
     Pause(Event),
     /// A node takes its buffer.
     Filling {
@@ -125,6 +128,7 @@ enum State {
     Dwelling {
         until_us: u64,
     },
+    /// An event between buffers is under way.
     Paused,
     Ended,
 }
@@ -254,12 +258,13 @@ impl Master {
         }
     }
 
-    /// When to call again, if no bytes come before; none while a person is waited for.
+    /// When to call again, if no bytes come before; none while an event or a person is waited for.
     pub fn poll_timeout(&self) -> Option<u64> {
         match &self.state {
             State::Next => Some(0),
             State::Sending { .. } => Some(self.send_from_us()),
             State::Waiting { deadline_us, .. } => Some(*deadline_us),
+            State::Running(run) if run.is_paused() => None,
             State::Running(run) => Some(run.timeout_us(self.wire_free_us())),
             State::Dwelling { until_us } => Some(*until_us),
             State::Held(_) | State::Paused | State::Ended => None,
@@ -313,7 +318,7 @@ impl Master {
         }
     }
 
-    /// Goes on after a [`MasterEvent::Pause`] or a [`MasterEvent::Held`].
+    /// Goes on after a [`MasterEvent::Held`].
     pub fn resume(&mut self, now_us: u64) {
         self.hold = Hold::No;
         match std::mem::replace(&mut self.state, State::Next) {
@@ -321,9 +326,34 @@ impl Master {
                 run.resume(now_us);
                 self.state = State::Running(run);
             }
-            State::Paused => {}
             other => self.state = other,
         }
+    }
+
+    /// What a [`MasterEvent::Event`] or a [`MasterEvent::Pause`] asks for has been done.
+    pub fn event_done(&mut self, now_us: u64) {
+        match &mut self.state {
+            State::Paused => self.state = State::Next,
+            State::Running(run) => run.go_on(now_us),
+            _ => {}
+        }
+    }
+
+    /// Whether an event is under way.
+    pub fn waits_for_event(&self) -> bool {
+        match &self.state {
+            State::Paused => true,
+            State::Running(run) => run.is_paused(),
+            _ => false,
+        }
+    }
+
+    /// What an event asks for cannot be done: the job ends where the axes rest. No tick more is sent,
+    /// though that leaves nodes that are not filled out of phase after an odd number of them: nodes
+    /// that are have to be switched off anyway, and what comes next would be motion.
+    pub fn event_failed(&mut self, event: &Event, reason: String) {
+        let (line, kind) = (event.line, event.kind.to_string());
+        self.end(End::Failed(Fault::Event { line, event: kind, reason }));
     }
 
     /// Ends the job where it stands.
@@ -413,15 +443,14 @@ impl Master {
     /// An event between buffers: all nodes are idle.
     fn event(&mut self, now_us: u64, event: Event) {
         self.progress.line = event.line;
-        if event.kind.waits_for_person() {
-            self.state = State::Paused;
-            self.events.push_back(MasterEvent::Pause(event));
-            return;
-        }
         if let EventKind::Dwell(seconds) = event.kind {
             self.state = State::Dwelling { until_us: now_us.saturating_add(dwell_us(seconds)) };
+            return self.events.push_back(MasterEvent::Dwell(event));
         }
-        self.events.push_back(MasterEvent::Event(event));
+        self.state = State::Paused;
+        let waits = event.kind.waits_for_person();
+        let tell = if waits { MasterEvent::Pause } else { MasterEvent::Event };
+        self.events.push_back(tell(event));
     }
 
     fn announce(&mut self, action: &Action) {

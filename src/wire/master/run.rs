@@ -6,7 +6,7 @@
 //! node     ▒▒▒▒ steps ▒▒▒▒├─answer─┤
 //! ```
 
-use crate::base::{Axis, AxisSet, EventKind};
+use crate::base::{Axis, AxisSet, Event, EventKind};
 use crate::wire::frame;
 use crate::wire::job::{Buffer, Step};
 use crate::wire::report::{During, Fault};
@@ -32,6 +32,8 @@ pub(super) struct Run {
     answered_us: u64,
     /// The next sync byte waits for the end of a dwell.
     dwells: bool,
+    /// An event is under way.
+    paused: bool,
 }
 
 impl Run {
@@ -50,6 +52,16 @@ impl Run {
     pub(super) fn resume(&mut self, now_us: u64) {
         self.due_us = self.due_us.max(now_us);
         self.scheduled_us = None;
+    }
+
+    pub(super) fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// The event under way is done.
+    pub(super) fn go_on(&mut self, now_us: u64) {
+        self.paused = false;
+        self.resume(now_us);
     }
 
     pub(super) fn cut_dwell(&mut self, now_us: u64) {
@@ -81,6 +93,7 @@ impl Master {
             deadline_us: None,
             answered_us: due_us,
             dwells: false,
+            paused: false,
         });
     }
 
@@ -90,7 +103,7 @@ impl Master {
             return None;
         };
         let (sent, ticks) = (run.sent, buffer.lines.len());
-        if run.waits() {
+        if run.waits() || run.is_paused() {
             return None;
         }
         if self.hold != Hold::No && sent < ticks && self.may_hold(buffer, sent) {
@@ -115,21 +128,29 @@ impl Master {
         }
         if let Some((_, event)) = buffer.events.get(run.events).filter(|(tick, _)| *tick <= sent) {
             let event = event.clone();
-            let dwell = if let EventKind::Dwell(s) = event.kind { dwell_us(s) } else { 0 };
-            self.events.push_back(MasterEvent::Event(event));
-            let State::Running(run) = &mut self.state else { return None };
-            run.events += 1;
-            run.due_us = now_us.saturating_add(dwell);
-            if dwell > 0 {
-                run.scheduled_us = None;
-                run.dwells = true;
-            }
+            self.event_within(now_us, event);
             return self.sync(now_us);
         }
         if now_us < self.wire_free_us() {
             return None;
         }
         self.send_sync(now_us)
+    }
+
+    /// An event within a buffer: the nodes wait for the next sync byte.
+    fn event_within(&mut self, now_us: u64, event: Event) {
+        let State::Running(run) = &mut self.state else { return };
+        run.events += 1;
+        let EventKind::Dwell(seconds) = event.kind else {
+            run.paused = true;
+            return self.events.push_back(MasterEvent::Event(event));
+        };
+        run.due_us = now_us.saturating_add(dwell_us(seconds));
+        if seconds > 0.0 {
+            run.scheduled_us = None;
+            run.dwells = true;
+        }
+        self.events.push_back(MasterEvent::Dwell(event));
     }
 
     fn send_sync(&mut self, now_us: u64) -> Option<Vec<u8>> {

@@ -53,6 +53,9 @@ pub struct Args {
     /// Go over M0, M1, M6 and M60 without waiting
     #[arg(long)]
     ignore_stops: bool,
+    /// Run the profile's hooks on simulated nodes (sim:) too; on a port they always run
+    #[arg(long)]
+    hooks: bool,
     #[command(flatten)]
     motion: MotionArgs,
 }
@@ -90,11 +93,16 @@ fn run_job(
     let simulation = Simulation::of_port(&args.port)?;
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let report = Report { machine, global };
-    report.job(&job);
+    let calls = wire_io::calls(&job, machine).or_bad_input()?;
+    let runs_hooks = args.hooks || faults.is_none();
+    report.job(&job, &calls, args.dry_run);
+    report.hooks(&calls, runs_hooks, args.dry_run)?;
+    let (tools, _) = input::tools(args.motion.tools.as_deref())?;
     let interrupts = Interrupts::watch()?;
-    let operator = Terminal::new(args.ignore_stops, global, interrupts);
+    let operator = Terminal::new(args.ignore_stops, global, interrupts).with_tools(tools);
+    let operator = if runs_hooks { operator.with_hooks(machine) } else { operator };
     if args.dry_run {
-        report.dry_run(&job, &proof)?;
+        report.dry_run(&job, &calls, &proof)?;
         return Ok(Exit::Ok);
     }
     operator.check_stops(&job).or_bad_input()?;
