@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal};
 
-use crate::base::machine::{NoValue, Occasion};
+use crate::base::machine::{NoValue, Occasion, Trigger};
 use crate::base::{AxisMap, Event, EventKind, Machine};
 use crate::wire::Job;
 use crate::wire_io::hands::Hands;
@@ -129,12 +129,15 @@ pub struct HookRunner {
     machine: Machine,
     modal: Modal,
     running: Option<Running>,
+    /// What commands have switched on and not off: the spindle, coolants.
+    on: Vec<Event>,
 }
 
 /// A command under way.
 #[derive(Debug)]
 struct Running {
     child: Child,
+    event: Event,
     /// The program and its arguments, to be told.
     told: String,
     output: File,
@@ -145,7 +148,31 @@ struct Running {
 impl HookRunner {
     /// For jobs on this machine.
     pub fn new(machine: &Machine) -> Self {
-        HookRunner { machine: machine.clone(), modal: Modal::default(), running: None }
+        let (modal, running, on) = (Modal::default(), None, Vec::new());
+        HookRunner { machine: machine.clone(), modal, running, on }
+    }
+
+    /// An event's command has ended well.
+    fn switch(&mut self, done: &Event) {
+        let off: fn(u16) -> bool = match m_code(done) {
+            Some(3..=5) => |code| matches!(code, 3 | 4),
+            Some(9) => |code| matches!(code, 7 | 8),
+            _ => return,
+        };
+        self.on.retain(|on| on == done || !m_code(on).is_some_and(off));
+        self.on.dedup();
+    }
+
+    /// Events whose commands have switched on what none has switched off.
+    pub fn left_on(&self) -> &[Event] {
+        &self.on
+    }
+}
+
+fn m_code(event: &Event) -> Option<u16> {
+    match Trigger::of(event.kind) {
+        Some(Trigger::M(code)) => Some(code),
+        _ => None,
     }
 }
 
@@ -156,6 +183,10 @@ impl Hands for HookRunner {
         let Some(hook) = self.machine.hooks.of(event.kind) else { return Ok(()) };
         let command = hook.arguments(&occasion).map_err(|missing| missing.to_string())?;
         self.running = Some(Running::begin(&command, hook.timeout_s, event)?);
+        // A command that fails may have switched something on all the same.
+        if matches!(m_code(event), Some(3 | 4 | 7 | 8)) {
+            self.on.push(event.clone());
+        }
         Ok(())
     }
 
@@ -164,7 +195,9 @@ impl Hands for HookRunner {
         let ended = running.child.try_wait().map_err(|error| running.says(&error.to_string()))?;
         let reason = match ended {
             Some(status) if status.success() => {
+                let event = running.event.clone();
                 self.running = None;
+                self.switch(&event);
                 return Ok(true);
             }
             Some(status) => running.says(&how(status)),
@@ -207,7 +240,7 @@ impl Running {
             .spawn()
             .map_err(cannot)?;
         let until = Instant::now() + Duration::from_secs_f64(timeout_s);
-        Ok(Running { child, told, output, until, timeout_s })
+        Ok(Running { child, event: event.clone(), told, output, until, timeout_s })
     }
 
     /// What has become of it, and its last words.

@@ -250,5 +250,8 @@ fn stream(
     let mut master = Master::new(job, machine, timing);
     let ending = drive(link, &mut master, operator);
     operator.bar.end();
+    if ending.end != End::Done {
+        operator.say_left_on();
+    }
     (master.into_job(), ending)
 }

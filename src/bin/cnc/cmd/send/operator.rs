@@ -124,6 +124,13 @@ impl Terminal {
         words.join(", ")
     }
 
+    /// Says what commands have left on when a job has not come to its end.
+    pub fn say_left_on(&self) {
+        for event in self.hands.iter().flat_map(HookRunner::left_on) {
+            say!("still on: {} of line {} was done by its hook", event.kind, event.line);
+        }
+    }
+
     /// Says a line unless the user wants errors only.
     pub fn say(&self, text: &str) {
         if !self.quiet {
