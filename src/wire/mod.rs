@@ -15,7 +15,9 @@ mod node;
 mod nodes;
 mod order;
 mod places;
+mod replay;
 mod report;
+mod seal;
 
 pub use error::JobError;
 pub use inject::{FaultKind, FaultSpec, FaultSpecError, Faults, Phase, Random, Struck, Who};
@@ -24,4 +26,5 @@ pub use lint::{Proof, lint};
 pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
+pub use replay::{Answer, Difference, Planned, Reached, Replay, in_step, reached};
 pub use report::{AxisEnd, During, End, Ending, Fault, Position};

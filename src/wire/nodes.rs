@@ -150,10 +150,14 @@ impl Nodes {
 
     /// The next byte that has reached the host by `now_us`.
     pub fn poll_answer(&mut self, now_us: u64) -> Option<u8> {
-        let answer = self.answers.front().filter(|answer| answer.arrival_us <= now_us)?;
-        let byte = answer.byte;
+        self.poll_timed_answer(now_us).map(|(_, byte)| byte)
+    }
+
+    /// The same, and when it reached the host.
+    pub fn poll_timed_answer(&mut self, now_us: u64) -> Option<(u64, u8)> {
+        let answer = *self.answers.front().filter(|answer| answer.arrival_us <= now_us)?;
         self.answers.pop_front();
-        Some(byte)
+        Some((answer.arrival_us, answer.byte))
     }
 
     /// When [`Nodes::advance`] or [`Nodes::poll_answer`] has something to do next.
@@ -191,7 +195,7 @@ impl Nodes {
         }
         runs.sort_by_key(|(_, run)| run.start_us);
         let mut ticks = Vec::new();
-        let groups = runs.chunk_by(|(_, a), (_, b)| b.start_us - a.start_us < SAME_START_US);
+        let groups = runs.chunk_by(|(_, a), (_, b)| Nodes::same_start(a.start_us, b.start_us));
         for (buffer, group) in (0..).zip(groups) {
             let executed = group.iter().map(|(_, run)| run.bytes.len()).max().unwrap_or(0);
             for tick in 0..executed {
@@ -203,6 +207,11 @@ impl Nodes {
             }
         }
         ticks
+    }
+
+    /// Whether runs that start at these times were started by the same pair.
+    pub fn same_start(a_us: u64, b_us: u64) -> bool {
+        a_us.abs_diff(b_us) < SAME_START_US
     }
 
     /// One node hears a byte, or what faults make of it.

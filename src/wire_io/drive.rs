@@ -91,7 +91,7 @@ fn perform(
         let Some(hands) = operator.hands() else { return true };
         if stopped || !master.waits_for_event() {
             hands.stop();
-            master.abandon();
+            master.event_stopped();
             return false;
         }
         done = hands.is_done();

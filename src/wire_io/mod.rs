@@ -12,6 +12,7 @@ mod pty;
 mod serial;
 mod serve;
 mod sim;
+mod trace;
 
 pub use clock::{Clock, Speed};
 pub use drive::{Operator, drive};
@@ -22,3 +23,4 @@ pub use pty::Pty;
 pub use serial::{OpenError, Serial, is_pseudo_terminal, latency_timer_ms};
 pub use serve::{Serving, serve};
 pub use sim::Sim;
+pub use trace::{Trace, TraceError, TraceHeader, TraceLine, TraceReader, Traced, hex};

@@ -5,7 +5,7 @@
 //! Placeholders (`{s}`, `{t}`, …) stand for what the event says; one that an event has no value for
 //! is an error and never an empty argument. Nothing is run here.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::str::FromStr;
 
@@ -210,7 +210,7 @@ impl Hooks {
         let timeout_s = timeout_if(keys, "hooks.timeout_s").unwrap_or(HOOK_TIMEOUT_S);
         let named = keys.names("hooks");
         let named = named.iter().filter_map(|name| name.parse().ok());
-        for trigger in USUAL.into_iter().chain(named) {
+        for trigger in USUAL.into_iter().chain(named).collect::<BTreeSet<Trigger>>() {
             if let Some(hook) = hook(keys, &format!("hooks.{trigger}"), timeout_s) {
                 hooks.insert(trigger, hook);
             }

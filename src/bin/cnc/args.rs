@@ -69,6 +69,7 @@ pub enum Command {
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
     Send(cmd::send::Args),
+    Replay(cmd::replay::Args),
     Node(cmd::node::Args),
     Machine(cmd::machine::Args),
     Explain(cmd::explain::Args),

@@ -40,6 +40,7 @@ fn main() -> ExitCode {
         Command::Interpolate(args) => cmd::interpolate::run(args, global),
         Command::Verify(args) => cmd::verify::run(args, global),
         Command::Send(args) => cmd::send::run(args, global),
+        Command::Replay(args) => cmd::replay::run(args, global),
         Command::Node(args) => cmd::node::run(args, global),
         Command::Machine(args) => cmd::machine::run(args, global),
         Command::Explain(args) => cmd::explain::run(args, global),

@@ -348,9 +348,14 @@ impl Master {
         }
     }
 
-    /// What an event asks for cannot be done: the job ends where the axes rest. No tick more is sent,
-    /// though that leaves nodes that are not filled out of phase after an odd number of them: nodes
-    /// that are have to be switched off anyway, and what comes next would be motion.
+    /// The operator ends the job during an event, where the axes rest. No tick more is sent, though
+    /// that leaves nodes that are not filled out of phase after an odd number of them: nodes that are
+    /// have to be switched off anyway, and what comes next would be motion.
+    pub fn event_stopped(&mut self) {
+        self.end(End::Interrupted);
+    }
+
+    /// What an event asks for cannot be done: the job ends where the axes rest, as when it is stopped.
     pub fn event_failed(&mut self, event: &Event, reason: String) {
         let (line, kind) = (event.line, event.kind.to_string());
         self.end(End::Failed(Fault::Event { line, event: kind, reason }));

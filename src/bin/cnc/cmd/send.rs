@@ -3,6 +3,7 @@
 mod operator;
 mod result;
 pub mod sim;
+mod tracing;
 
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -15,12 +16,13 @@ use cnc::step::Summary;
 use cnc::wire::{
     self, ANSWER_PAUSE_US, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes, Timing,
 };
-use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
+use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, Traced, drive};
 use cnc::{tape, verify};
 
 use self::operator::Terminal;
 use self::result::{Report, Simulated};
 use self::sim::Simulation;
+use self::tracing::Tracing;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
@@ -56,6 +58,9 @@ pub struct Args {
     /// Run the profile's hooks on simulated nodes (sim:) too; on a port they always run
     #[arg(long)]
     hooks: bool,
+    /// Write every byte both ways and its time, as JSON Lines (cnc replay reads them)
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     #[command(flatten)]
     motion: MotionArgs,
 }
@@ -110,15 +115,17 @@ fn run_job(
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
+    let trace = args.trace.as_deref();
+    let tracing = trace.map(|trace| Tracing::create(trace, &args.port, &args.file)).transpose()?;
     match faults {
-        Some(faults) => simulate(&report, job, operator, faults, program),
-        None => send(args, &report, job, operator),
+        Some(faults) => simulate(&report, job, operator, tracing, faults, program),
+        None => send(args, &report, job, operator, tracing),
     }
 }
 
 /// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the
 /// source, or else of the job.
-fn gather<E>(
+pub fn gather<E>(
     commands: impl Iterator<Item = Result<Command, E>>,
     start_steps: AxisMap<i64>,
     machine: &Machine,
@@ -130,7 +137,7 @@ fn gather<E>(
 }
 
 /// The job of a dump. Its seal stands at its end, and is checked before anything else is.
-fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
+pub fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
     let open = || tape::Reader::open(source.clone()).or_bad_input();
     let mut reader = open()?;
     let header = reader.header();
@@ -176,6 +183,7 @@ fn simulate(
     report: &Report<'_>,
     job: Job,
     mut operator: Terminal,
+    tracing: Option<Tracing>,
     faults: Vec<FaultSpec>,
     program: Option<&Program>,
 ) -> Outcome {
@@ -186,7 +194,8 @@ fn simulate(
     let asked = faults.len();
     let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
     let mut link = Sim::new(nodes.with_faults(faults));
-    let (job, ending) = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator);
+    let speed = Speed::Times(1.0);
+    let (job, ending) = stream(&mut link, machine, job, speed, &mut operator, tracing)?;
     let nodes = link.nodes_mut();
     let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
     report.struck(&struck, asked);
@@ -223,7 +232,13 @@ fn verified(program: &Program) -> anyhow::Result<verify::Report> {
     Ok(verify::verify(&setup, commands, || Ok::<_, RunError>(program.path()))?)
 }
 
-fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {
+fn send(
+    args: &Args,
+    report: &Report<'_>,
+    job: Job,
+    mut operator: Terminal,
+    tracing: Option<Tracing>,
+) -> Outcome {
     let machine = report.machine;
     let speed = args.speed.unwrap_or(Speed::Times(1.0));
     let port = Serial::open(&args.port, machine.bus.baud).or_bus()?;
@@ -234,7 +249,7 @@ fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> O
         ));
     }
     let mut link = Paced::new(port, speed);
-    let (_, ending) = stream(&mut link, machine, job, speed, &mut operator);
+    let (_, ending) = stream(&mut link, machine, job, speed, &mut operator, tracing)?;
     report.ending(&ending)
 }
 
@@ -244,14 +259,18 @@ fn stream(
     job: Job,
     speed: Speed,
     operator: &mut Terminal,
-) -> (Job, Ending) {
+    tracing: Option<Tracing>,
+) -> anyhow::Result<(Job, Ending)> {
+    let trace = tracing.map(|tracing| tracing.begin(speed, machine, &job)).transpose()?;
+    let mut link = Traced::new(link, trace);
     let timing = Timing::new(&machine.bus, speed.factor());
     operator.bar.begin(job.ticks);
     let mut master = Master::new(job, machine, timing);
-    let ending = drive(link, &mut master, operator);
+    let ending = drive(&mut link, &mut master, operator);
+    link.end(tracing::ending(&ending.end));
     operator.bar.end();
     if ending.end != End::Done {
         operator.say_left_on();
     }
-    (master.into_job(), ending)
+    Ok((master.into_job(), ending))
 }

@@ -1,0 +1,47 @@
+//! `--trace`: where the bytes of a job are written down.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use cnc::base::Machine;
+use cnc::wire::{End, Job};
+use cnc::wire_io::{Speed, Trace, TraceHeader};
+
+/// A trace to come.
+pub struct Tracing {
+    file: File,
+    path: PathBuf,
+    port: String,
+    program: String,
+}
+
+impl Tracing {
+    /// Makes sure that the file can be written.
+    pub fn create(path: &Path, port: &Path, program: &Path) -> anyhow::Result<Tracing> {
+        let file = File::create(path).with_context(|| format!("trace {}", path.display()))?;
+        let name = |path: &Path| path.display().to_string();
+        Ok(Tracing { file, path: path.to_owned(), port: name(port), program: name(program) })
+    }
+
+    /// Begins it: the bus's time is 0 now. Nodes that keep no real time wait for the disk.
+    pub fn begin(self, speed: Speed, machine: &Machine, job: &Job) -> anyhow::Result<Trace> {
+        let header = TraceHeader::new(&self.port, speed, machine, &self.program, job);
+        let waits = speed == Speed::Max || self.port.starts_with("sim:");
+        let path = self.path.display().to_string();
+        let name = path.clone();
+        let failed = move |error| {
+            say!("trace {name} ends here: {error}; the job goes on without it");
+        };
+        Trace::begin(self.file, &header, waits, failed).with_context(|| format!("trace {path}"))
+    }
+}
+
+/// How a job ended, as in a trace.
+pub fn ending(end: &End) -> &'static str {
+    match end {
+        End::Done => "done",
+        End::Interrupted => "interrupted",
+        End::Failed(_) => "failed",
+    }
+}
