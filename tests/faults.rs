@@ -147,6 +147,10 @@ fn expected() -> impl Iterator<Item = String> {
         "position: unknown, and wrong",
         "power cycle: false",
         "power cycle: true",
+        "replay: an answer is missing",
+        "replay: an answer too many",
+        "replay: another answer",
+        "replay: the same",
     ];
     faults.chain(other.map(str::to_owned))
 }

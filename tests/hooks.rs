@@ -256,7 +256,7 @@ fn a_command_that_does_not_end_well_stops_the_job() {
     folder.script("do", "rm \"$0\"");
     let failed = folder.send("sim:", &args);
     check(&failed, 3, &["line 5: S1500: ", "cannot be run: No such file"]);
-    check(&failed, 3, &["still on: M3 S1000 of line 1 was done"]);
+    check(&failed, 3, &["may still be on: M3 S1000 of line 1"]);
 }
 
 #[test]

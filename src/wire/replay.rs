@@ -17,6 +17,8 @@ use crate::wire::nodes::{Entry, Nodes};
 pub struct Answer {
     /// When, in microseconds of the bus's time.
     pub at_us: u64,
+    /// Bytes that the host had sent by then.
+    pub after: u64,
     /// The byte.
     pub byte: u8,
 }
@@ -38,6 +40,8 @@ pub struct Replay {
     nodes: Nodes,
     recorded: VecDeque<Answer>,
     replayed: VecDeque<Answer>,
+    /// Bytes of the host so far.
+    sent: u64,
     /// Answers that were the same.
     same: u64,
     difference: Option<Difference>,
@@ -53,6 +57,7 @@ impl Replay {
             nodes,
             recorded: VecDeque::new(),
             replayed: VecDeque::new(),
+            sent: 0,
             same: 0,
             difference: None,
             hazards: Vec::new(),
@@ -63,6 +68,7 @@ impl Replay {
     /// The host sent bytes. Times must not go back.
     pub fn sent(&mut self, at_us: u64, bytes: &[u8]) {
         self.now_us = at_us;
+        self.sent += bytes.len() as u64;
         self.nodes.handle_bytes(at_us, bytes);
         self.collect(at_us);
     }
@@ -70,7 +76,8 @@ impl Replay {
     /// The host received bytes.
     pub fn received(&mut self, at_us: u64, bytes: &[u8]) {
         self.now_us = at_us;
-        self.recorded.extend(bytes.iter().map(|byte| Answer { at_us, byte: *byte }));
+        let after = self.sent;
+        self.recorded.extend(bytes.iter().map(|byte| Answer { at_us, after, byte: *byte }));
         self.compare();
     }
 
@@ -112,9 +119,8 @@ impl Replay {
     }
 
     fn collect(&mut self, now_us: u64) {
-        while let Some(answer) = self.nodes.poll_timed_answer(now_us) {
-            let (at_us, byte) = answer;
-            self.replayed.push_back(Answer { at_us, byte });
+        while let Some((at_us, after, byte)) = self.nodes.poll_heard_answer(now_us) {
+            self.replayed.push_back(Answer { at_us, after, byte });
         }
         while let Some(entry) = self.nodes.poll_log() {
             self.hazards.extend(entry.hazard.is_some().then_some(entry));
@@ -122,8 +128,8 @@ impl Replay {
         self.compare();
     }
 
-    /// In their order: times of virtual nodes and of real ones, and what a system takes to hand bytes over,
-    /// are never the same.
+    /// By what they came upon, and not by their times: those of virtual nodes and of real ones, and what a
+    /// system takes to hand bytes over, are never the same.
     fn compare(&mut self) {
         if self.difference.is_some() {
             self.recorded.clear();
@@ -132,7 +138,7 @@ impl Replay {
         while let (Some(recorded), Some(replayed)) = (self.recorded.front(), self.replayed.front())
         {
             let (recorded, replayed) = (*recorded, *replayed);
-            if recorded.byte != replayed.byte {
+            if (recorded.after, recorded.byte) != (replayed.after, replayed.byte) {
                 let (recorded, replayed) = (Some(recorded), Some(replayed));
                 self.difference = Some(Difference { number: self.same, recorded, replayed });
                 return self.compare();

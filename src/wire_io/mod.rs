@@ -23,4 +23,4 @@ pub use pty::Pty;
 pub use serial::{OpenError, Serial, is_pseudo_terminal, latency_timer_ms};
 pub use serve::{Serving, serve};
 pub use sim::Sim;
-pub use trace::{Trace, TraceError, TraceHeader, TraceLine, TraceReader, Traced, hex};
+pub use trace::{Trace, TraceError, TraceHeader, TraceLine, TraceReader, TraceSink, Traced, hex};

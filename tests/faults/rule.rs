@@ -10,9 +10,10 @@ use cnc::base::machine::{Master as MasterChoice, Unit};
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::wire::{
     Activity, During, End, Ending, Entry, Fault, FaultKind, FaultSpec, Faults, Happening, Job,
-    Master, MasterEvent, Node, Nodes, Phase, Position, Random, Struck, Timing, Who, lint,
+    Master, MasterEvent, Node, Nodes, Phase, Position, Random, Reached, Replay, Struck, Timing,
+    Who, lint, reached,
 };
-use cnc::wire_io::{Hands, Link, Operator, Sim, drive};
+use cnc::wire_io::{Hands, Link, Operator, Sim, TraceLine, Traced, drive};
 
 /// A job that has run.
 pub struct Ran {
@@ -22,6 +23,9 @@ pub struct Ran {
     pub struck: Vec<Struck>,
     pub ending: Ending,
     pub log: Vec<Entry>,
+    machine: Machine,
+    /// All bytes both ways, as `--trace` writes them.
+    trace: Vec<TraceLine>,
     nodes: Vec<(Unit, Node)>,
     difference: Option<(u64, u32)>,
 }
@@ -171,14 +175,16 @@ pub fn run_with(
     let fails = faults.is_empty() && seed.is_multiple_of(20);
     let fails_at = fails.then_some(1 + seed / 20 % 2);
     let helper = Helper { begun: 0, fails_at, slow: seed.is_multiple_of(16), asked: false };
-    let ending = drive(&mut sim, &mut master, &mut Person { stop_at, stopped: false, helper });
+    let mut link = Traced::new(&mut sim, Some(Vec::new()));
+    let ending = drive(&mut link, &mut master, &mut Person { stop_at, stopped: false, helper });
+    let trace = link.into_trace().unwrap_or_default();
     sim.drain();
     let nodes = sim.nodes_mut();
     let struck = std::iter::from_fn(|| nodes.poll_struck()).collect();
     let log = std::iter::from_fn(|| nodes.poll_log()).collect();
     let difference = job.first_difference(&nodes.executed());
     let nodes = nodes.iter().map(|(unit, node)| (unit, node.clone())).collect();
-    Ran { seed, job, faults, struck, ending, log, nodes, difference }
+    Ran { seed, job, faults, struck, ending, log, machine, trace, nodes, difference }
 }
 
 /// Nodes of which no host can know, since of these faults nothing comes back to it (H14):
@@ -235,6 +241,7 @@ pub fn judge(ran: &Ran) -> Result<(), String> {
             nothing_unplanned(ran, *unit, node)?;
         }
     }
+    replays(ran)?;
     let planned = planned_position(ran);
     for end in &ran.ending.axes {
         if end.steps != planned[end.axis] {
@@ -257,6 +264,51 @@ pub fn judge(ran: &Ran) -> Result<(), String> {
         return Err(format!("done, and executed otherwise: {:?}", ran.difference));
     }
     Ok(())
+}
+
+/// Plays the host's bytes to fresh nodes.
+fn replay(ran: &Ran) -> Replay {
+    let units = ran.nodes.iter().map(|(unit, _)| *unit);
+    let mut replay = Replay::new(Nodes::new(&ran.machine, units, &ran.job.start_steps, 250));
+    for line in &ran.trace {
+        match line {
+            TraceLine::Sent { t_us, bytes, failed: false } => replay.sent(*t_us, bytes),
+            TraceLine::Received { t_us, bytes } => replay.received(*t_us, bytes),
+            _ => {}
+        }
+    }
+    replay.end(true);
+    replay
+}
+
+/// A replay executes what the nodes did, where their host's bytes reached them; and while no answer
+/// differs nothing that was not planned.
+fn replays(ran: &Ran) -> Result<(), String> {
+    let replay = replay(ran);
+    let reached_nodes = |kind: FaultKind| {
+        kind.is_of_answer() || matches!(kind, FaultKind::Late(_) | FaultKind::Close)
+    };
+    let bytes = |node: &Node| node.runs().iter().map(|run| run.bytes.clone()).collect::<Vec<_>>();
+    if ran.struck.iter().all(|at| reached_nodes(at.fault.kind)) {
+        for ((unit, node), (_, replayed)) in ran.nodes.iter().zip(replay.nodes().iter()) {
+            let positions = (node.position_steps(), replayed.position_steps());
+            if bytes(node) != bytes(replayed) || positions.0 != positions.1 {
+                return Err(format!("{unit} does otherwise in a replay: {positions:?}"));
+            }
+        }
+    }
+    let difference = replay.difference();
+    if ran.struck.is_empty() && (difference.is_some() || !replay.hazards().is_empty()) {
+        return Err(format!("a replay differs without a fault: {difference:?}"));
+    }
+    if difference.is_some() {
+        return Ok(());
+    }
+    let astray = |reached: &Reached| reached.planned.as_ref().is_some_and(|at| !at.as_planned);
+    match reached(replay.nodes(), Some(&ran.job)).into_iter().find(astray) {
+        Some(reached) => Err(format!("a replay executes what was not planned: {reached:?}")),
+        None => Ok(()),
+    }
 }
 
 fn node_of(ran: &Ran, axis: Axis) -> &(Unit, Node) {
@@ -347,6 +399,13 @@ pub fn seen(ran: &Ran) -> BTreeSet<String> {
         let is = if right { "right" } else { "wrong" };
         seen.insert(format!("position: {}, and {is}", end.position.name()));
     }
+    let replayed = replay(ran).difference();
+    seen.insert(match replayed.map(|at| (at.recorded.is_some(), at.replayed.is_some())) {
+        None => "replay: the same".to_owned(),
+        Some((true, true)) => "replay: another answer".to_owned(),
+        Some((true, false)) => "replay: an answer too many".to_owned(),
+        Some((false, _)) => "replay: an answer is missing".to_owned(),
+    });
     seen.insert(format!("power cycle: {}", ran.ending.power_cycle));
     seen
 }

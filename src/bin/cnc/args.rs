@@ -14,6 +14,7 @@ Examples:
   cnc verify part.nc part.csv                are those steps the programmed path?
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
+  cnc replay job.jsonl part.nc               how far each axis got when the link was lost
   cnc machine show router                    what a machine can do
   cnc explain no-feed                        what a rule or a code means
 

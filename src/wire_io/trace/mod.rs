@@ -189,7 +189,21 @@ impl Trace {
         self.waits = true;
         self.line(TraceLine::End { t_us, end: end.to_owned() });
     }
+}
 
+/// Where the lines of a trace go.
+pub trait TraceSink {
+    /// Takes a line.
+    fn line(&mut self, line: TraceLine);
+}
+
+impl TraceSink for Vec<TraceLine> {
+    fn line(&mut self, line: TraceLine) {
+        self.push(line);
+    }
+}
+
+impl TraceSink for Trace {
     fn line(&mut self, line: TraceLine) {
         let Some(lines) = &self.lines else { return };
         if self.lost > 0 {
@@ -239,23 +253,20 @@ fn write(mut out: impl Write, lines: &Receiver<TraceLine>) -> io::Result<()> {
 
 /// A link that is traced.
 #[derive(Debug)]
-pub struct Traced<'a, L> {
+pub struct Traced<'a, L, S> {
     link: &'a mut L,
-    trace: Option<Trace>,
+    trace: Option<S>,
 }
 
-impl<'a, L: Link> Traced<'a, L> {
+impl<'a, L: Link, S: TraceSink> Traced<'a, L, S> {
     /// Traces a link, or only passes everything on.
-    pub fn new(link: &'a mut L, trace: Option<Trace>) -> Self {
+    pub fn new(link: &'a mut L, trace: Option<S>) -> Self {
         Traced { link, trace }
     }
 
-    /// Ends the trace, if there is one.
-    pub fn end(mut self, end: &str) {
-        let now_us = self.link.now_us();
-        if let Some(trace) = self.trace.take() {
-            trace.end(now_us, end);
-        }
+    /// Gives the trace back, if there is one.
+    pub fn into_trace(self) -> Option<S> {
+        self.trace
     }
 
     fn received(&mut self, bytes: &[u8]) {
@@ -266,7 +277,7 @@ impl<'a, L: Link> Traced<'a, L> {
     }
 }
 
-impl<L: Link> Link for Traced<'_, L> {
+impl<L: Link, S: TraceSink> Link for Traced<'_, L, S> {
     fn now_us(&mut self) -> u64 {
         self.link.now_us()
     }

@@ -231,7 +231,7 @@ impl Report<'_> {
 
     fn json(&self) -> io::Result<()> {
         let Told { replay, sent, unsent, lost, end, us } = self.told;
-        let timed = |answer: Answer| json!({"t_us": answer.at_us, "byte": answer.byte});
+        let timed = |answer: Answer| json!({"t_us": answer.at_us, "after_bytes": answer.after, "byte": answer.byte});
         let difference = replay.difference().map(|difference| {
             json!({
                 "answer": difference.number, "received": difference.recorded.map(timed),
@@ -278,7 +278,8 @@ impl Report<'_> {
 
 fn answer(answer: Option<Answer>, none: &str) -> String {
     answer.map_or(none.to_owned(), |answer| {
-        format!("{} at {:.6} s", answer.byte, answer.at_us as f64 * 1e-6)
+        let Answer { at_us, after, byte } = answer;
+        format!("{byte} after {after} bytes of the host, at {:.6} s", at_us as f64 * 1e-6)
     })
 }
 

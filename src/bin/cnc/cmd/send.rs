@@ -213,7 +213,10 @@ fn simulate(
         }
         _ => None,
     };
-    report.simulated(&job, &ending, Simulated { difference, hazards, contour, struck })
+    let outcome =
+        report.simulated(&job, &ending, Simulated { difference, hazards, contour, struck });
+    operator.say_left_on(&ending);
+    outcome
 }
 
 /// Holds the plan, which the nodes have executed tick by tick, against the program's path.
@@ -250,7 +253,9 @@ fn send(
     }
     let mut link = Paced::new(port, speed);
     let (_, ending) = stream(&mut link, machine, job, speed, &mut operator, tracing)?;
-    report.ending(&ending)
+    let outcome = report.ending(&ending);
+    operator.say_left_on(&ending);
+    outcome
 }
 
 fn stream(
@@ -267,10 +272,10 @@ fn stream(
     operator.bar.begin(job.ticks);
     let mut master = Master::new(job, machine, timing);
     let ending = drive(&mut link, &mut master, operator);
-    link.end(tracing::ending(&ending.end));
-    operator.bar.end();
-    if ending.end != End::Done {
-        operator.say_left_on();
+    let now_us = link.now_us();
+    if let Some(trace) = link.into_trace() {
+        trace.end(now_us, tracing::ending(&ending.end));
     }
+    operator.bar.end();
     Ok((master.into_job(), ending))
 }

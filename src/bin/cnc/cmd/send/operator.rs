@@ -5,7 +5,7 @@ use std::io::{IsTerminal, stdin};
 use anyhow::anyhow;
 use cnc::base::{Axis, Event, EventKind, Machine, Progress};
 use cnc::interp::Tools;
-use cnc::wire::{Job, Master, MasterEvent};
+use cnc::wire::{End, Ending, Job, Master, MasterEvent};
 use cnc::wire_io::{Hands, HookRunner, Operator};
 use rustix::event::{PollFd, PollFlags, Timespec};
 
@@ -124,10 +124,13 @@ impl Terminal {
         words.join(", ")
     }
 
-    /// Says what commands have left on when a job has not come to its end.
-    pub fn say_left_on(&self) {
+    /// Says what commands may have left on when a job has not come to its end.
+    pub fn say_left_on(&self, ending: &Ending) {
+        if ending.end == End::Done {
+            return;
+        }
         for event in self.hands.iter().flat_map(HookRunner::left_on) {
-            say!("still on: {} of line {} was done by its hook", event.kind, event.line);
+            say!("may still be on: {} of line {}, whose hook has run", event.kind, event.line);
         }
     }
 
