@@ -39,8 +39,11 @@ pub struct Args {
     #[arg(value_name = "PORT")]
     port: PathBuf,
     /// NC program or command dump; - is standard input
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "execute")]
+    file: Option<PathBuf>,
+    /// Instead of a file: a block as typed; may be given again, for the blocks after it
+    #[arg(short, long, value_name = "BLOCK", conflicts_with = "file")]
+    execute: Vec<String>,
     /// Check and show the job, send nothing
     #[arg(long)]
     dry_run: bool,
@@ -58,18 +61,21 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let source = input::source(&args.file)?;
+    let source = args.file.as_deref().map(input::source).transpose()?;
     check_speed(args)?;
-    if input::is_dump(&source)? {
-        let machine = input::machine(global)?;
-        let job = dump(&source, &machine)?;
-        return run_job(args, global, &machine, job, None);
-    }
-    let program =
-        match Program::check(&args.file, source, input::machine(global)?, &args.motion, global)? {
-            Ok(program) => program,
-            Err(exit) => return Ok(exit),
-        };
+    let machine = input::machine(global)?;
+    let program = match (&args.file, source) {
+        (Some(_), Some(source)) if input::is_dump(&source)? => {
+            let job = dump(&source, &machine)?;
+            return run_job(args, global, &machine, job, None);
+        }
+        (Some(file), Some(source)) => Program::check(file, source, machine, &args.motion, global)?,
+        _ => Program::check_typed(&args.execute, machine, &args.motion, global)?,
+    };
+    let program = match program {
+        Ok(program) => program,
+        Err(exit) => return Ok(exit),
+    };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
