@@ -1,7 +1,5 @@
 //! The master against virtual nodes, in virtual time, without IO: jobs made from seeds, and faults.
 
-use std::time::Duration;
-
 use cnc::base::machine::Unit;
 use cnc::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use cnc::wire::{
@@ -103,9 +101,6 @@ impl Wire {
 impl Link for Wire {
     fn now_us(&mut self) -> u64 {
         self.sim.now_us()
-    }
-    fn idle(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
-        self.sim.idle(bytes, wait)
     }
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         let fills = |node: &Node| node.activity() == Activity::Filling;

@@ -11,6 +11,8 @@ impl Job {
         for step in &self.steps {
             match step {
                 Step::Event(event) => places.push((event.clone(), at_steps)),
+                // No program asks for these, and no event comes with them.
+                Step::Direct(_) => {}
                 Step::Buffer(buffer) => buffer_places(buffer, &mut at_steps, &mut places),
             }
         }

@@ -16,6 +16,7 @@ impl Job {
                     hash.update(event.line.to_le_bytes());
                     hash.update(event.kind.to_string());
                 }
+                Step::Direct(direct) => hash.update(format!("{direct:?}")),
                 Step::Buffer(buffer) => add(&mut hash, buffer),
             }
         }

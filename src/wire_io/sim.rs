@@ -1,7 +1,5 @@
 //! Virtual nodes at the end of a virtual wire, in virtual time: the same job always runs the same.
 
-use std::time::Duration;
-
 use crate::wire::Nodes;
 use crate::wire_io::link::{Link, LinkError};
 
@@ -56,12 +54,6 @@ impl Link for Sim {
                 return Ok(());
             }
         }
-    }
-
-    /// No time of the bus passes: what is waited for takes as long as it takes, and runs are repeatable.
-    fn idle(&mut self, _bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
-        std::thread::sleep(wait);
-        Ok(())
     }
 
     /// Time passes until all bytes have reached the nodes.

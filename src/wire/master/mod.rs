@@ -14,18 +14,22 @@
 //! [`Master::poll_timeout`] at the latest. Times are microseconds from any origin and never go
 //! back. After [`MasterEvent::Ended`] there is nothing left to do.
 
+mod direct;
+mod event;
 mod run;
 mod script;
 
 use std::collections::VecDeque;
 
 use crate::base::machine::{Bus, LISTEN_US, Unit};
-use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
+use crate::base::{Axis, AxisMap, AxisSet, Event, Machine};
+use crate::wire::direct::HomeRun;
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
 use crate::wire::nodes::byte_ns;
 use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
 
+use self::direct::{HomeTimes, Jogging};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
 
@@ -87,6 +91,25 @@ pub enum MasterEvent {
         /// NC line of the tick that comes next.
         line: u32,
     },
+    /// An axis is sent to its limit switch.
+    Homing {
+        /// The axis.
+        axis: Axis,
+    },
+    /// An axis stands at its limit switch.
+    Homed(HomeRun),
+    /// A node jogs by itself, until it is told something else.
+    Jogging {
+        /// Its axis.
+        axis: Axis,
+    },
+    /// It jogs no more.
+    Jogged {
+        /// Its axis.
+        axis: Axis,
+        /// Signed steps that it has made by the clock: no node has told.
+        steps: i64,
+    },
     /// It is over.
     Ended(Ending),
 }
@@ -130,6 +153,10 @@ enum State {
     },
     /// An event between buffers is under way.
     Paused,
+    Resting {
+        until_us: u64,
+    },
+    Jogging(Jogging),
     Ended,
 }
 
@@ -141,6 +168,8 @@ pub struct Master {
     /// Axes that have a node, and their steps a mm.
     axes: Vec<(Axis, f64)>,
     slow_steps: AxisMap<u32>,
+    /// Entries of a node's buffer.
+    entries: usize,
     state: State,
     script: VecDeque<Action>,
     /// Step of the job that comes next.
@@ -160,6 +189,8 @@ pub struct Master {
     unconfirmed: AxisSet,
     position: AxisMap<i64>,
     progress: Progress,
+    home_times: HomeTimes,
+    homed: Vec<HomeRun>,
     buffers_done: u64,
     late_us: u64,
     late_us_max: u64,
@@ -178,10 +209,13 @@ impl Master {
             machine.axes.iter().filter(|profile| machine.bus.nodes.contains_key(&profile.axis));
         Master {
             position: job.start_steps,
-            job,
             timing,
-            axes: with_node.map(|profile| (profile.axis, profile.steps_per_mm)).collect(),
+            axes: with_node
+                .filter(|p| job.axes.contains(p.axis))
+                .map(|profile| (profile.axis, profile.steps_per_mm))
+                .collect(),
             slow_steps,
+            entries: machine.bus.buffer_ticks as usize,
             state: State::Next,
             script: VecDeque::new(),
             step: 0,
@@ -191,13 +225,16 @@ impl Master {
             fault: None,
             any_full: false,
             power_cycle: false,
-            doubtful: AxisSet::EMPTY,
+            doubtful: job.unknown,
             unconfirmed: AxisSet::EMPTY,
             progress: Progress::default(),
+            home_times: HomeTimes::default(),
+            homed: Vec::new(),
             buffers_done: 0,
             late_us: 0,
             late_us_max: 0,
             events: VecDeque::new(),
+            job,
         }
     }
 
@@ -217,6 +254,8 @@ impl Master {
             }
             State::Running(run) if run.is_overdue(now_us) => self.no_tick_answer(),
             State::Dwelling { until_us } if now_us >= *until_us => self.state = State::Next,
+            State::Resting { until_us } if now_us >= *until_us => self.state = State::Next,
+            State::Jogging(jogging) if now_us >= jogging.until_us => self.end_jog(now_us),
             _ => {}
         }
         self.settle(now_us);
@@ -250,8 +289,10 @@ impl Master {
     pub fn handle_sent(&mut self, now_us: u64) {
         let answer_us = self.timing.byte_us() + self.timing.reply_timeout_us;
         match &mut self.state {
-            State::Waiting { deadline_us, .. } => {
+            State::Waiting { ask, deadline_us } => {
+                let answer_us = answer_us + ask.question.lasts_us();
                 *deadline_us = (*deadline_us).max(now_us + answer_us);
+                self.home_times.asked_us = self.home_times.asked_us.max(now_us);
             }
             State::Running(_) => self.sync_sent(now_us),
             _ => {}
@@ -266,7 +307,8 @@ impl Master {
             State::Waiting { deadline_us, .. } => Some(*deadline_us),
             State::Running(run) if run.is_paused() => None,
             State::Running(run) => Some(run.timeout_us(self.wire_free_us())),
-            State::Dwelling { until_us } => Some(*until_us),
+            State::Dwelling { until_us } | State::Resting { until_us } => Some(*until_us),
+            State::Jogging(jogging) => Some(jogging.until_us),
             State::Held(_) | State::Paused | State::Ended => None,
         }
     }
@@ -311,6 +353,7 @@ impl Master {
     /// stop without a ramp, or at the end of the buffer; the second as soon as the protocol allows.
     pub fn hold(&mut self, now_us: u64) {
         self.hold = if self.hold == Hold::No { Hold::AtRest } else { Hold::Now };
+        self.hold_direct();
         match &mut self.state {
             State::Running(run) if self.hold == Hold::Now => run.cut_dwell(now_us),
             State::Dwelling { .. } => self.state = State::Next,
@@ -330,37 +373,6 @@ impl Master {
         }
     }
 
-    /// What a [`MasterEvent::Event`] or a [`MasterEvent::Pause`] asks for has been done.
-    pub fn event_done(&mut self, now_us: u64) {
-        match &mut self.state {
-            State::Paused => self.state = State::Next,
-            State::Running(run) => run.go_on(now_us),
-            _ => {}
-        }
-    }
-
-    /// Whether an event is under way.
-    pub fn waits_for_event(&self) -> bool {
-        match &self.state {
-            State::Paused => true,
-            State::Running(run) => run.is_paused(),
-            _ => false,
-        }
-    }
-
-    /// The operator ends the job during an event, where the axes rest. No tick more is sent, though
-    /// that leaves nodes that are not filled out of phase after an odd number of them: nodes that are
-    /// have to be switched off anyway, and what comes next would be motion.
-    pub fn event_stopped(&mut self) {
-        self.end(End::Interrupted);
-    }
-
-    /// What an event asks for cannot be done: the job ends where the axes rest, as when it is stopped.
-    pub fn event_failed(&mut self, event: &Event, reason: String) {
-        let (line, kind) = (event.line, event.kind.to_string());
-        self.end(End::Failed(Fault::Event { line, event: kind, reason }));
-    }
-
     /// Ends the job where it stands.
     pub fn abandon(&mut self) {
         self.end(End::Interrupted);
@@ -369,7 +381,10 @@ impl Master {
     /// Ends the job: the port is gone. A node that was in the middle of a ping or a fill would take
     /// the next host's first bytes for the rest of it.
     pub fn fail_port(&mut self, why: String) {
-        self.power_cycle |= matches!(self.state, State::Sending { .. } | State::Waiting { .. });
+        let is_open = |state: &State| {
+            matches!(state, State::Sending { .. } | State::Waiting { .. } | State::Jogging(_))
+        };
+        self.power_cycle |= is_open(&self.state);
         self.doubt_sent_tick();
         self.end(End::Failed(Fault::Port(why)));
     }
@@ -382,7 +397,7 @@ impl Master {
                     self.early(&ask, byte);
                 } else if byte == ask.unit.id {
                     self.quiet(now_us);
-                    self.answered(ask);
+                    self.answered(now_us, ask);
                 } else {
                     self.wrong_answer(ask, byte);
                 }
@@ -394,7 +409,7 @@ impl Master {
             State::Running(_) => self.tick_answer(now_us, byte),
             State::Ended => {}
             state => {
-                self.power_cycle |= matches!(state, State::Sending { .. });
+                self.power_cycle |= matches!(state, State::Sending { .. } | State::Resting { .. });
                 self.fail(Fault::Unexpected { got: byte });
             }
         }
@@ -409,6 +424,12 @@ impl Master {
             }
             match self.script.pop_front() {
                 Some(Action::Run { step }) => self.start_run(now_us, step),
+                Some(Action::Homed(home)) => self.homed(&home),
+                Some(Action::Jog(jog)) => self.start_jog(jog),
+                Some(Action::Rest { us }) => {
+                    let until_us = self.wire_free_us().max(now_us) + us;
+                    self.state = State::Resting { until_us };
+                }
                 Some(action) => {
                     self.announce(&action);
                     self.state = State::Sending { action, sent: 0 };
@@ -421,7 +442,8 @@ impl Master {
     /// Between two exchanges, but never within a ping, nor once a node waits for its data, nor
     /// before all servants have said that they are done.
     fn may_stop(&self) -> bool {
-        self.unconfirmed.is_empty() && self.script.front().is_none_or(Action::begins_exchange)
+        let is_open = !self.unconfirmed.is_empty() || self.home_times.is_open();
+        !is_open && self.script.front().is_none_or(Action::begins_exchange)
     }
 
     fn next_step(&mut self, now_us: u64) {
@@ -441,21 +463,14 @@ impl Master {
                 }
                 self.script.extend(script::buffer(buffer, at));
             }
+            Some(Step::Direct(direct)) => {
+                if at == 0 {
+                    self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
+                }
+                self.script.extend(direct::direct(direct));
+            }
             None => self.end(End::Done),
         }
-    }
-
-    /// An event between buffers: all nodes are idle.
-    fn event(&mut self, now_us: u64, event: Event) {
-        self.progress.line = event.line;
-        if let EventKind::Dwell(seconds) = event.kind {
-            self.state = State::Dwelling { until_us: now_us.saturating_add(dwell_us(seconds)) };
-            return self.events.push_back(MasterEvent::Dwell(event));
-        }
-        self.state = State::Paused;
-        let waits = event.kind.waits_for_person();
-        let tell = if waits { MasterEvent::Pause } else { MasterEvent::Event };
-        self.events.push_back(tell(event));
     }
 
     fn announce(&mut self, action: &Action) {
@@ -473,7 +488,10 @@ impl Master {
             return;
         };
         if let Action::Ask(ask) = action {
+            self.begin_homing(&ask);
             let wait_us = self.timing.byte_us() + self.timing.reply_timeout_us;
+            let wait_us = wait_us + ask.question.lasts_us();
+            self.home_times.asked_us = self.wire_free_us();
             self.state = State::Waiting { ask, deadline_us: self.wire_free_us() + wait_us };
         }
     }
@@ -536,7 +554,8 @@ impl Master {
         let axis_end = |(axis, steps_per_mm): &(Axis, f64)| {
             let steps = self.position[*axis];
             let position_mm = steps as f64 / steps_per_mm;
-            AxisEnd { axis: *axis, steps, position_mm, position: position(*axis) }
+            let counted = !(self.job.unknown.contains(*axis) && self.doubtful.contains(*axis));
+            AxisEnd { axis: *axis, steps, position_mm, counted, position: position(*axis) }
         };
         let axes = self.axes.iter().map(axis_end).collect();
         self.script.clear();
@@ -547,6 +566,7 @@ impl Master {
             buffers: self.buffers_done,
             line: self.progress.line,
             axes,
+            homed: std::mem::take(&mut self.homed),
             power_cycle,
             late_us: self.late_us,
             late_us_max: self.late_us_max,

@@ -6,12 +6,12 @@
 //! node     ▒▒▒▒ steps ▒▒▒▒├─answer─┤
 //! ```
 
-use crate::base::{Axis, AxisSet, Event, EventKind};
+use crate::base::{Axis, AxisSet};
 use crate::wire::frame;
 use crate::wire::job::{Buffer, Step};
 use crate::wire::report::{During, Fault};
 
-use super::{Hold, Master, MasterEvent, State, dwell_us};
+use super::{Hold, Master, MasterEvent, State};
 
 /// A buffer being executed.
 #[derive(Debug)]
@@ -52,6 +52,20 @@ impl Run {
     pub(super) fn resume(&mut self, now_us: u64) {
         self.due_us = self.due_us.max(now_us);
         self.scheduled_us = None;
+    }
+
+    /// An event comes before the next sync byte: a dwell, or what is under way until it is done.
+    pub(super) fn reach_event(&mut self, now_us: u64, dwell_us: Option<u64>) {
+        self.events += 1;
+        let Some(dwell_us) = dwell_us else {
+            self.paused = true;
+            return;
+        };
+        self.due_us = now_us.saturating_add(dwell_us);
+        if dwell_us > 0 {
+            self.scheduled_us = None;
+            self.dwells = true;
+        }
     }
 
     pub(super) fn is_paused(&self) -> bool {
@@ -135,22 +149,6 @@ impl Master {
             return None;
         }
         self.send_sync(now_us)
-    }
-
-    /// An event within a buffer: the nodes wait for the next sync byte.
-    fn event_within(&mut self, now_us: u64, event: Event) {
-        let State::Running(run) = &mut self.state else { return };
-        run.events += 1;
-        let EventKind::Dwell(seconds) = event.kind else {
-            run.paused = true;
-            return self.events.push_back(MasterEvent::Event(event));
-        };
-        run.due_us = now_us.saturating_add(dwell_us(seconds));
-        if seconds > 0.0 {
-            run.scheduled_us = None;
-            run.dwells = true;
-        }
-        self.events.push_back(MasterEvent::Dwell(event));
     }
 
     fn send_sync(&mut self, now_us: u64) -> Option<Vec<u8>> {

@@ -35,6 +35,9 @@ pub struct Args {
     /// The NC program or dump that was sent, with the options that it was sent with: tells lines
     #[arg(value_name = "FILE")]
     file: Option<PathBuf>,
+    /// Instead of a file: the blocks of send -e
+    #[arg(short, long, value_name = "BLOCK", conflicts_with = "file")]
+    execute: Vec<String>,
     #[command(flatten)]
     motion: MotionArgs,
 }
@@ -55,12 +58,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             machine.id
         ));
     }
-    let job = match &args.file {
-        Some(file) => match job(file, &args.motion, &machine, global)? {
-            Ok(job) => Some(job),
-            Err(exit) => return Ok(exit),
-        },
-        None => None,
+    let job = match job(args, &machine, global)? {
+        Ok(job) => job,
+        Err(exit) => return Ok(exit),
     };
     if job.as_ref().is_some_and(|job| hex(&job.sha256()) != header.job_sha256) {
         let program = &header.program;
@@ -83,25 +83,31 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     Ok(if report.is_same() { Exit::Ok } else { Exit::BadInput })
 }
 
-/// The job of a program or a dump, as `send` makes it.
+/// The job of a program or a dump, as `send` makes it, if there is one.
 fn job(
-    file: &Path,
-    motion: &MotionArgs,
+    args: &Args,
     machine: &Machine,
     global: &Global,
-) -> Result<Result<Job, Exit>, Failure> {
-    let source = input::source(file)?;
-    if input::is_dump(&source)? {
-        return send::dump(&source, machine).map(Ok);
-    }
-    let program = match Program::check(file, source, machine.clone(), motion, global)? {
+) -> Result<Result<Option<Job>, Exit>, Failure> {
+    let source = args.file.as_deref().map(input::source).transpose()?;
+    let program = match (&args.file, source) {
+        (Some(_), Some(source)) if input::is_dump(&source)? => {
+            return Ok(Ok(Some(send::dump(&source, machine)?)));
+        }
+        (Some(file), Some(source)) => {
+            Program::check(file, source, machine.clone(), &args.motion, global)?
+        }
+        _ if args.execute.is_empty() => return Ok(Ok(None)),
+        _ => Program::check_typed(&args.execute, machine.clone(), &args.motion, global)?,
+    };
+    let program = match program {
         Ok(program) => program,
         Err(exit) => return Ok(Err(exit)),
     };
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
     let job = send::gather(program.commands(&summary)?, start_steps, machine)?;
-    Ok(Ok(job.or_bad_input()?))
+    Ok(Ok(Some(job.or_bad_input()?)))
 }
 
 /// A trace as far as it has been told.

@@ -18,10 +18,11 @@ pub struct Tracing {
 
 impl Tracing {
     /// Makes sure that the file can be written.
-    pub fn create(path: &Path, port: &Path, program: &Path) -> anyhow::Result<Tracing> {
+    pub fn create(path: &Path, port: &Path, program: Option<&Path>) -> anyhow::Result<Tracing> {
         let file = File::create(path).with_context(|| format!("trace {}", path.display()))?;
         let name = |path: &Path| path.display().to_string();
-        Ok(Tracing { file, path: path.to_owned(), port: name(port), program: name(program) })
+        let program = program.map_or("blocks as typed".to_owned(), name);
+        Ok(Tracing { file, path: path.to_owned(), port: name(port), program })
     }
 
     /// Begins it: the bus's time is 0 now. Nodes that keep no real time wait for the disk.
