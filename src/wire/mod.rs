@@ -14,6 +14,7 @@ mod master;
 mod node;
 mod nodes;
 mod order;
+mod pacing;
 mod report;
 
 pub use error::JobError;
@@ -23,4 +24,5 @@ pub use lint::{Proof, lint};
 pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
+pub use pacing::{Pacing, PacingFigures, SLIDE_US};
 pub use report::{AxisEnd, During, End, Ending, Fault, Position};

@@ -6,6 +6,7 @@
 mod clock;
 mod drive;
 mod link;
+mod priority;
 mod pty;
 mod serial;
 mod serve;
@@ -14,6 +15,7 @@ mod sim;
 pub use clock::{Clock, Speed};
 pub use drive::{Operator, drive};
 pub use link::{Link, LinkError, Paced, Port};
+pub use priority::Priority;
 pub use pty::Pty;
 pub use serial::{OpenError, Serial, is_pseudo_terminal, latency_timer_ms};
 pub use serve::{Serving, serve};

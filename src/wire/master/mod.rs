@@ -7,7 +7,8 @@
 //! cannot see: a servant that missed a byte (H14).
 //!
 //! # Calling order
-//! Round and round: [`Master::handle_bytes`] with what has come, [`Master::handle_timeout`], then
+//! Round and round: [`Master::handle_bytes`] with what has come, [`Master::handle_timeout`] with a
+//! time from before that was looked for, then
 //! [`Master::poll_transmit`] until it gives nothing (hand all of it to the port, and tell by
 //! [`Master::handle_sent`] when that was done), then
 //! [`Master::poll_event`] until it gives nothing. Come back when bytes come, or at
@@ -21,9 +22,11 @@ use std::collections::VecDeque;
 
 use crate::base::machine::{Bus, LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
+use crate::wire::frame;
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
 use crate::wire::nodes::byte_ns;
+use crate::wire::pacing::Pacing;
 use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
 
 use self::run::Run;
@@ -157,8 +160,7 @@ pub struct Master {
     position: AxisMap<i64>,
     progress: Progress,
     buffers_done: u64,
-    late_us: u64,
-    late_us_max: u64,
+    pacing: Pacing,
     events: VecDeque<MasterEvent>,
 }
 
@@ -191,8 +193,7 @@ impl Master {
             unconfirmed: AxisSet::EMPTY,
             progress: Progress::default(),
             buffers_done: 0,
-            late_us: 0,
-            late_us_max: 0,
+            pacing: Pacing::new(timing.tick_us),
             events: VecDeque::new(),
         }
     }
@@ -234,6 +235,9 @@ impl Master {
         let piece = rest[..PIECE_BYTES.min(rest.len() - last)].to_vec();
         *sent += piece.len();
         let all_sent = *sent == action.bytes().len();
+        if action.is_fill_command() {
+            self.pacing.fill_begins(now_us);
+        }
         self.occupy_wire(now_us, piece.len());
         if all_sent {
             self.sent();
@@ -347,6 +351,7 @@ impl Master {
                     self.early(&ask, byte);
                 } else if byte == ask.unit.id {
                     self.quiet(now_us);
+                    self.measure_fill(now_us, &ask);
                     self.answered(ask);
                 } else {
                     self.wrong_answer(ask, byte);
@@ -473,6 +478,13 @@ impl Master {
         self.quiet_until_us = now_us + rest_us;
     }
 
+    fn measure_fill(&mut self, now_us: u64, ask: &Ask) {
+        if let Question::FillData { .. } = ask.question {
+            let bytes = frame::fill(ask.unit.id, true).len() + ask.bytes.len();
+            self.pacing.filled(now_us, self.timing.byte_ns * bytes as u64);
+        }
+    }
+
     /// Before all bytes can have left the wire. The last two may have come in no time: a
     /// pseudo-terminal has no wire.
     fn is_early(&self, now_us: u64) -> bool {
@@ -514,8 +526,7 @@ impl Master {
             line: self.progress.line,
             axes,
             power_cycle,
-            late_us: self.late_us,
-            late_us_max: self.late_us_max,
+            pacing: self.pacing.clone(),
         }));
     }
 }

@@ -1,6 +1,7 @@
 //! `cnc send`: a program or a dump is checked, shown, and streamed to the nodes.
 
 mod operator;
+mod pacing;
 mod result;
 pub mod sim;
 

@@ -9,6 +9,7 @@ use cnc::verify::{self, Verdict};
 use cnc::wire::{End, Ending, FaultSpec, Job, Position, Proof, Struck};
 use serde_json::{Map, Value, json};
 
+use super::pacing;
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
 
@@ -176,6 +177,11 @@ impl Report<'_> {
             say!("the last line reached is {}", ending.line);
         }
         self.positions(ending);
+        let pacing = ending.pacing.figures();
+        // Simulated nodes and their host are never late.
+        if !self.global.quiet && (simulated.is_none() || self.global.verbose) {
+            pacing::say(&pacing, self.global.verbose);
+        }
         if self.global.json {
             let mut result = self.base(name, ending.ticks, ending.buffers);
             let axes = ending.axes.iter().map(|end| {
@@ -187,8 +193,7 @@ impl Report<'_> {
             result.insert("axes".to_owned(), Value::Object(axes.collect()));
             result.insert("line".to_owned(), json!(ending.line));
             result.insert("power_cycle".to_owned(), json!(ending.power_cycle));
-            result.insert("late_us".to_owned(), json!(ending.late_us));
-            result.insert("late_us_max".to_owned(), json!(ending.late_us_max));
+            result.insert("pacing".to_owned(), json!(pacing));
             if let Some(found) = found {
                 let as_planned = found.difference.is_none() && found.hazards == 0;
                 result.insert("executed_as_planned".to_owned(), json!(as_planned));
@@ -203,7 +208,7 @@ impl Report<'_> {
             unless_unread(writeln!(io::stdout(), "{}", Value::Object(result)))?;
         } else {
             let (ticks, buffers) = (ending.ticks, ending.buffers);
-            let (late, late_max) = (ending.late_us as f64 * 1e-3, ending.late_us_max as f64 * 1e-3);
+            let (late, late_max) = (pacing.late_us as f64 * 1e-3, pacing.late_us_max as f64 * 1e-3);
             unless_unread(writeln!(
                 io::stdout(),
                 "{name}: {ticks} ticks acknowledged in {buffers} whole buffers; late by \
