@@ -114,7 +114,8 @@ impl Pacing {
             slides: self.slides,
             slides_by_answer: self.slides_by_answer,
             // A terminal has no wire, and a clock that jumps takes no time: never more than all of it.
-            fill_busy_percent: (self.fill_us > 0).then_some((busy * 10.0).round().min(1000.0) / 10.0),
+            fill_busy_percent: (self.fill_us > 0)
+                .then_some((busy * 10.0).round().min(1000.0) / 10.0),
             late_histogram: self.late.iter().map(|(from_us, count)| (*from_us, *count)).collect(),
         }
     }

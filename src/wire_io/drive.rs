@@ -64,11 +64,7 @@ fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) 
 
 /// Sends what is due, and takes what comes. What has not come by a time is late only if the port has
 /// been looked at since: a host that was held up must not take an answer that waits there for none.
-fn round(
-    link: &mut impl Link,
-    master: &mut Master,
-    bytes: &mut Vec<u8>,
-) -> Result<(), LinkError> {
+fn round(link: &mut impl Link, master: &mut Master, bytes: &mut Vec<u8>) -> Result<(), LinkError> {
     let now_us = link.now_us();
     while let Some(bytes) = master.poll_transmit(now_us) {
         link.send(&bytes)?;

@@ -18,7 +18,7 @@ const SLEEP_MAX: Duration = Duration::from_millis(50);
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// The other end is gone.
-    #[error("the port was closed by its other end")]
+    #[error("the port is gone: closed by its other end, or pulled out")]
     Closed,
     /// Nothing can be written: the other end does not read, or the adapter hangs.
     #[error("the port takes no more bytes: its other end does not read them")]

@@ -16,8 +16,7 @@ const USUAL_PRIORITY: u8 = 48;
 
 const FIFO: ThreadSchedulePolicy =
     ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-const USUAL: ThreadSchedulePolicy =
-    ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other);
+const USUAL: ThreadSchedulePolicy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other);
 
 /// What the system gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

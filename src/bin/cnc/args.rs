@@ -14,6 +14,7 @@ Examples:
   cnc verify part.nc part.csv                are those steps the programmed path?
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
+  cnc ports                                  which serial ports there are
   cnc machine show router                    what a machine can do
   cnc explain no-feed                        what a rule or a code means
 
@@ -70,6 +71,7 @@ pub enum Command {
     Verify(cmd::verify::Args),
     Send(cmd::send::Args),
     Node(cmd::node::Args),
+    Ports(cmd::ports::Args),
     Machine(cmd::machine::Args),
     Explain(cmd::explain::Args),
 }

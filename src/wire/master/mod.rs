@@ -32,7 +32,8 @@ use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
 
-/// Bytes handed out at a time: a port that keeps them all is then never far behind the wire.
+/// Bytes handed out at a time unless said otherwise: a port that keeps them all is then never far
+/// behind the wire.
 const PIECE_BYTES: usize = 64;
 
 /// The times that a host keeps.
@@ -43,6 +44,7 @@ pub struct Timing {
     /// From a sync byte's stop bit to the start bit of the answer, at most.
     sync_answer_us: u64,
     reply_timeout_us: u64,
+    piece_bytes: usize,
 }
 
 impl Timing {
@@ -54,7 +56,13 @@ impl Timing {
             tick_us: u64::from(bus.tick_us),
             sync_answer_us: u64::from(bus.node_tick_us) + ANSWER_PAUSE_US,
             reply_timeout_us: (f64::from(bus.reply_timeout_ms) * 1000.0 * speed) as u64,
+            piece_bytes: PIECE_BYTES,
         }
+    }
+
+    /// Hands out at most so many bytes at a time, and at least one.
+    pub fn with_piece(self, bytes: u32) -> Self {
+        Timing { piece_bytes: bytes.max(1) as usize, ..self }
     }
 
     fn byte_us(&self) -> u64 {
@@ -219,7 +227,7 @@ impl Master {
         self.settle(now_us);
     }
 
-    /// The next bytes for the port, at most 64, if it is time for them. Once they have been
+    /// The next bytes for the port, if it is time for them. Once they have been
     /// written, [`Master::handle_sent`] has to be told.
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<Vec<u8>> {
         self.settle(now_us);
@@ -232,7 +240,7 @@ impl Master {
         let State::Sending { action, sent } = &mut self.state else { return None };
         let rest = action.bytes().get(*sent..).unwrap_or_default();
         let last = usize::from(action.is_data() && rest.len() > 1);
-        let piece = rest[..PIECE_BYTES.min(rest.len() - last)].to_vec();
+        let piece = rest[..self.timing.piece_bytes.min(rest.len() - last)].to_vec();
         *sent += piece.len();
         let all_sent = *sent == action.bytes().len();
         if action.is_fill_command() {
@@ -461,7 +469,7 @@ impl Master {
     /// A frame waits for the wire: its answer's time counts from then on. Within long ones one
     /// piece may wait while another is on the wire.
     fn send_from_us(&self) -> u64 {
-        let piece_us = self.timing.byte_ns * PIECE_BYTES as u64 / 1000;
+        let piece_us = self.timing.byte_ns * self.timing.piece_bytes as u64 / 1000;
         let from_us = match &self.state {
             State::Sending { action, sent } if action.is_last_of_data(*sent) => {
                 self.wire_free_us() + u64::from(LISTEN_US)

@@ -5,5 +5,6 @@ pub mod interpolate;
 pub mod interpret;
 pub mod machine;
 pub mod node;
+pub mod ports;
 pub mod send;
 pub mod verify;

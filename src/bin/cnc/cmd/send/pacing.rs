@@ -1,6 +1,7 @@
 //! How well a job's ticks kept their period, for a person.
 
 use cnc::wire::{PacingFigures, SLIDE_US};
+use cnc::wire_io::Priority;
 
 /// Says it on standard error; all lateness in steps of a doubling, if the user wants more.
 pub fn say(pacing: &PacingFigures, verbose: bool) {
@@ -31,6 +32,18 @@ pub fn say(pacing: &PacingFigures, verbose: bool) {
     say!("          {said}");
     if verbose {
         histogram(&pacing.late_histogram);
+    }
+}
+
+/// Says that other programs may have held the ticks up, where that matters.
+pub fn say_priority(pacing: &PacingFigures, priority: Priority, verbose: bool) {
+    match priority {
+        Priority::Refused if verbose || pacing.slides > 0 => say!(
+            "the system gave no real-time priority, so other programs may hold ticks up; it does with \
+             `@dialout - rtprio 10` in /etc/security/limits.conf, after the next login"
+        ),
+        Priority::RealTime if verbose => say!("ticks are sent with real-time priority"),
+        _ => {}
     }
 }
 

@@ -7,6 +7,7 @@ use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Event, EventKind, Machine};
 use cnc::verify::{self, Verdict};
 use cnc::wire::{End, Ending, FaultSpec, Job, Position, Proof, Struck};
+use cnc::wire_io::Priority;
 use serde_json::{Map, Value, json};
 
 use super::pacing;
@@ -128,7 +129,10 @@ impl Report<'_> {
     }
 
     /// The end of a job on nodes outside.
-    pub fn ending(&self, ending: &Ending) -> Outcome {
+    pub fn ending(&self, ending: &Ending, priority: Priority) -> Outcome {
+        if !self.global.quiet {
+            pacing::say_priority(&ending.pacing.figures(), priority, self.global.verbose);
+        }
         self.finish(ending, None)
     }
 
