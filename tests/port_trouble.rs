@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, Output, Stdio};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
@@ -77,25 +78,33 @@ fn check_ends(output: &Output, code: i32, reason: &str) {
     assert!(!said.contains("panicked"), "{said}");
 }
 
-/// Starts a job and waits until its nodes are being filled.
-fn under_way(folder: &Folder, node: &Node) -> Child {
-    let mut host = folder.send(&node.pty, &["-v"]).spawn().unwrap();
+/// Starts a job and waits until it has said something; gives what else it says once it has ended.
+fn under_way(
+    folder: &Folder,
+    node: &Node,
+    args: &[&str],
+    until: &str,
+) -> (Child, JoinHandle<String>) {
+    let mut host = folder.send(&node.pty, args).arg("-v").spawn().unwrap();
     let mut said = BufReader::new(host.stderr.take().unwrap());
     let mut line = String::new();
-    while !line.contains("is filled") {
+    while !line.contains(until) {
         line.clear();
         assert!(said.read_line(&mut line).unwrap() > 0, "it has ended");
     }
-    // Somebody goes on reading, or the pipe would break.
-    std::thread::spawn(move || said.read_to_end(&mut Vec::new()));
-    host
+    let rest = std::thread::spawn(move || {
+        let mut rest = String::new();
+        said.read_to_string(&mut rest).unwrap();
+        rest
+    });
+    (host, rest)
 }
 
 #[test]
 fn two_programs_cannot_use_one_port_by_any_name() {
     let folder = Folder::new();
     let node = Node::start(&[]);
-    let mut first = under_way(&folder, &node);
+    let (mut first, _) = under_way(&folder, &node, &[], "is filled");
     let link = folder.path("by-id");
     symlink(&node.pty, &link).unwrap();
     let by_first = format!("in use by cnc (pid {})", first.id());
@@ -156,12 +165,12 @@ fn a_job_that_is_told_to_end_says_where_it_stands() {
         [(Signal::INT, "stopping where"), (Signal::TERM, "SIGTERM"), (Signal::HUP, "SIGHUP")];
     for (signal, reason) in signals {
         let node = Node::start(&["--speed", "2"]);
-        let host = folder.send(&node.pty, &["--speed", "2", "--json"]).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(600));
+        let (host, rest) = under_way(&folder, &node, &["--speed", "2", "--json"], "started");
         kill_process(Pid::from_child(&host), signal).unwrap();
-        let output = host.wait_with_output().unwrap();
-        check_ends(&output, 130, reason);
-        let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let Output { status, stdout, .. } = host.wait_with_output().unwrap();
+        let stderr = rest.join().unwrap().into_bytes();
+        check_ends(&Output { status, stdout: vec![], stderr }, 130, reason);
+        let result: serde_json::Value = serde_json::from_slice(&stdout).unwrap();
         assert_eq!(result["result"], "interrupted");
         assert_ne!(result["axes"]["Y"]["state"], "unknown");
     }

@@ -117,7 +117,7 @@ mod tests {
         check("[ports.mill]\ndevice = 7", 2, "a string in quotes");
         check("ports = 1", 1, "a table is expected");
         check("[ports]\nmill = \"/dev/ttyUSB0\"", 2, "a table is expected");
-        check("[ports.\"a.b\"]", 1, "unknown key");
+        check("[ports.\"a.b\"]", 1, "holds a dot");
         check("[ports", 1, "");
     }
 }

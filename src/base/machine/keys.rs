@@ -67,8 +67,12 @@ impl<'t> Keys<'t> {
         }
         let table = self.value(path).and_then(|value| value.get_ref().as_table());
         let names = table.into_iter().flatten().map(|(key, _)| key.get_ref().to_string());
-        // A dot would lead elsewhere.
-        names.filter(|name| !name.contains('.')).collect()
+        // A path with a dot would lead elsewhere.
+        let (dotted, names): (Vec<_>, Vec<_>) = names.partition(|name| name.contains('.'));
+        for name in dotted {
+            self.wrong(path, format!("the name '{name}' holds a dot"), None);
+        }
+        names
     }
 
     /// A number that may be left out.
