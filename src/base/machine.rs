@@ -8,7 +8,7 @@ mod canonical;
 mod error;
 mod file;
 mod hooks;
-mod keys;
+pub(in crate::base) mod keys;
 mod timing;
 
 use std::collections::BTreeMap;

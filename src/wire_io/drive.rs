@@ -29,24 +29,29 @@ pub trait Operator {
 /// Runs a job to its end. A stop of the operator holds at the next tick at which all axes are
 /// slow enough, and ends the job there; a second one does not wait for that.
 pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
+    link.urgent(true);
+    let ending = run(link, master, operator);
+    link.urgent(false);
+    link.drain();
+    ending
+}
+
+fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
     let mut bytes = Vec::new();
     let mut interrupts = 0;
     loop {
         while let Some(event) = master.poll_event() {
             match &event {
-                MasterEvent::Ended(ending) => {
-                    link.drain();
-                    return ending.clone();
-                }
+                MasterEvent::Ended(ending) => return ending.clone(),
                 MasterEvent::Event(asked) | MasterEvent::Pause(asked) => {
                     operator.event(&event);
-                    if !perform(link, master, operator, asked, interrupts) {
-                        continue;
-                    }
-                    let waits = matches!(event, MasterEvent::Pause(_));
+                    link.urgent(false);
+                    let is_done = perform(link, master, operator, asked, interrupts);
+                    let waits = is_done && matches!(event, MasterEvent::Pause(_));
                     if waits && !operator.pause(asked) {
                         master.abandon();
                     }
+                    link.urgent(true);
                     master.event_done(link.now_us());
                 }
                 MasterEvent::Held { .. } => {
@@ -99,17 +104,19 @@ fn perform(
     done.map_err(|reason| master.event_failed(event, reason)).is_ok()
 }
 
+/// Sends what is due, and takes what comes. What has not come by a time is late only if the port has
+/// been looked at since: a host that was held up must not take an answer that waits there for none.
 fn round(link: &mut impl Link, master: &mut Master, bytes: &mut Vec<u8>) -> Result<(), LinkError> {
     let now_us = link.now_us();
-    master.handle_timeout(now_us);
     while let Some(bytes) = master.poll_transmit(now_us) {
         link.send(&bytes)?;
         master.handle_sent(link.now_us());
     }
     if let Some(until_us) = master.poll_timeout() {
+        let looked_us = link.now_us();
         link.receive(bytes, until_us, master.answer_from_us())?;
-        let now_us = link.now_us();
-        master.handle_bytes(now_us, bytes);
+        master.handle_bytes(link.now_us(), bytes);
+        master.handle_timeout(looked_us);
     }
     Ok(())
 }

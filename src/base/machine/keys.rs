@@ -18,7 +18,7 @@ const FAULTS_MAX: usize = 100;
 const EXCERPT_BYTES: usize = 100;
 
 /// A parsed text, the keys asked of it so far, and what was wrong with them.
-pub(super) struct Keys<'t> {
+pub(in crate::base) struct Keys<'t> {
     text: &'t str,
     root: Spanned<DeTable<'t>>,
     asked: BTreeSet<String>,
@@ -56,13 +56,6 @@ impl<'t> Keys<'t> {
         matches!(self.ask(path).map(Spanned::get_ref), Some(DeValue::Table(_)))
     }
 
-    /// The keys of a table as they stand there, known or not.
-    pub fn names(&self, path: &str) -> Vec<String> {
-        let table = self.value(path).and_then(|value| value.get_ref().as_table());
-        table
-            .map_or(Vec::new(), |table| table.keys().map(|key| key.get_ref().to_string()).collect())
-    }
-
     /// Notes that a key is missing, unless something is wrong with it.
     pub fn must_have(&mut self, path: &str) {
         if self.ask(path).is_none() {
@@ -77,6 +70,21 @@ impl<'t> Keys<'t> {
             return false;
         }
         self.has_table(path)
+    }
+
+    /// The keys of a table whose names are the user's, in their order.
+    pub fn names(&mut self, path: &str) -> Vec<String> {
+        if !self.has_table(path) {
+            return Vec::new();
+        }
+        let table = self.value(path).and_then(|value| value.get_ref().as_table());
+        let names = table.into_iter().flatten().map(|(key, _)| key.get_ref().to_string());
+        // A path with a dot would lead elsewhere.
+        let (dotted, names): (Vec<_>, Vec<_>) = names.partition(|name| name.contains('.'));
+        for name in dotted {
+            self.wrong(path, format!("the name '{name}' holds a dot"), None);
+        }
+        names
     }
 
     /// A number that may be left out.

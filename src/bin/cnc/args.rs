@@ -17,6 +17,7 @@ Examples:
   cnc replay job.jsonl part.nc               how far each axis got when the link was lost
   cnc jog /dev/ttyUSB0 X --by -5             move one axis by 5 mm
   cnc home /dev/ttyUSB0                      send the axes to their switches
+  cnc ports                                  which serial ports there are
   cnc machine show router                    what a machine can do
   cnc explain no-feed                        what a rule or a code means
 
@@ -76,6 +77,7 @@ pub enum Command {
     Jog(cmd::jog::Args),
     Home(cmd::home::Args),
     Node(cmd::node::Args),
+    Ports(cmd::ports::Args),
     Machine(cmd::machine::Args),
     Explain(cmd::explain::Args),
 }

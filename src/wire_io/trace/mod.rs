@@ -310,6 +310,10 @@ impl<L: Link, S: TraceSink> Link for Traced<'_, L, S> {
         idled
     }
 
+    fn urgent(&mut self, urgent: bool) {
+        self.link.urgent(urgent);
+    }
+
     fn drain(&mut self) {
         self.link.drain();
     }
