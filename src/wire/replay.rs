@@ -48,13 +48,17 @@ pub struct Replay {
     hazards: Vec<Entry>,
     /// The last time that was told.
     now_us: u64,
+    /// The host did not wait for time to pass.
+    is_unpaced: bool,
 }
 
 impl Replay {
-    /// A replay to nodes that have just been switched on.
-    pub fn new(nodes: Nodes) -> Self {
+    /// A replay to nodes that have just been switched on. For a host that `is_unpaced` (`--speed max`) the
+    /// nodes are always done with what came before, as those were that it talked to.
+    pub fn new(nodes: Nodes, is_unpaced: bool) -> Self {
         Replay {
             nodes,
+            is_unpaced,
             recorded: VecDeque::new(),
             replayed: VecDeque::new(),
             sent: 0,
@@ -69,8 +73,21 @@ impl Replay {
     pub fn sent(&mut self, at_us: u64, bytes: &[u8]) {
         self.now_us = at_us;
         self.sent += bytes.len() as u64;
+        let at_us = match self.is_unpaced {
+            true => self.settle().max(at_us),
+            false => at_us,
+        };
         self.nodes.handle_bytes(at_us, bytes);
         self.collect(at_us);
+    }
+
+    /// Lets all happen that is still to come, and gives the time when the nodes are done.
+    fn settle(&mut self) -> u64 {
+        while let Some(next_us) = self.nodes.poll_timeout() {
+            self.nodes.advance(next_us);
+            self.collect(next_us);
+        }
+        self.nodes.ready_us()
     }
 
     /// The host received bytes.
@@ -84,10 +101,7 @@ impl Replay {
     /// All has been told. If that `is_whole`, the host was there until nothing more could come; otherwise
     /// answers behind the last time are none that it has missed.
     pub fn end(&mut self, is_whole: bool) {
-        while let Some(next_us) = self.nodes.poll_timeout() {
-            self.nodes.advance(next_us);
-            self.collect(next_us);
-        }
+        self.settle();
         let last_us = if is_whole { u64::MAX } else { self.now_us };
         let missed = self.replayed.front().copied().filter(|answer| answer.at_us <= last_us);
         let left = (self.recorded.front().copied(), missed);

@@ -269,7 +269,7 @@ pub fn judge(ran: &Ran) -> Result<(), String> {
 /// Plays the host's bytes to fresh nodes.
 fn replay(ran: &Ran) -> Replay {
     let units = ran.nodes.iter().map(|(unit, _)| *unit);
-    let mut replay = Replay::new(Nodes::new(&ran.machine, units, &ran.job.start_steps, 250));
+    let mut replay = Replay::new(Nodes::new(&ran.machine, units, &ran.job.start_steps, 250), false);
     for line in &ran.trace {
         match line {
             TraceLine::Sent { t_us, bytes, failed: false } => replay.sent(*t_us, bytes),
@@ -285,9 +285,7 @@ fn replay(ran: &Ran) -> Replay {
 /// differs nothing that was not planned.
 fn replays(ran: &Ran) -> Result<(), String> {
     let replay = replay(ran);
-    let reached_nodes = |kind: FaultKind| {
-        kind.is_of_answer() || matches!(kind, FaultKind::Late(_) | FaultKind::Close)
-    };
+    let reached_nodes = |kind: FaultKind| kind.is_of_answer() || kind == FaultKind::Close;
     let bytes = |node: &Node| node.runs().iter().map(|run| run.bytes.clone()).collect::<Vec<_>>();
     if ran.struck.iter().all(|at| reached_nodes(at.fault.kind)) {
         for ((unit, node), (_, replayed)) in ran.nodes.iter().zip(replay.nodes().iter()) {

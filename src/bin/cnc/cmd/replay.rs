@@ -70,8 +70,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         ));
     }
     let nodes = Nodes::new(&machine, machine.bus.units(), &header.start(), ANSWER_PAUSE_US);
-    let mut told =
-        Told { replay: Replay::new(nodes), sent: 0, unsent: 0, lost: 0, end: None, us: 0 };
+    let replay = Replay::new(nodes, header.speed == "max");
+    let mut told = Told { replay, sent: 0, unsent: 0, lost: 0, end: None, us: 0 };
     for line in &mut trace {
         told.line(line.or_bad_input()?);
     }
