@@ -23,4 +23,4 @@ pub use lint::{Proof, lint};
 pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
-pub use report::{AxisEnd, During, End, Ending, Fault, Position};
+pub use report::{AxisEnd, Doubt, During, End, Ending, Fault, Position};

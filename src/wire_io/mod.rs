@@ -5,6 +5,7 @@
 
 mod clock;
 mod drive;
+pub mod journal;
 mod link;
 mod pty;
 mod serial;
@@ -13,6 +14,7 @@ mod sim;
 
 pub use clock::{Clock, Speed};
 pub use drive::{Operator, drive};
+pub use journal::Journal;
 pub use link::{Link, LinkError, Paced, Port};
 pub use pty::Pty;
 pub use serial::{OpenError, Serial, is_pseudo_terminal, latency_timer_ms};

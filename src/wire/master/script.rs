@@ -3,7 +3,7 @@
 use crate::base::machine::Unit;
 use crate::wire::frame;
 use crate::wire::job::Buffer;
-use crate::wire::report::{During, Fault};
+use crate::wire::report::{Doubt, During, Fault};
 
 use super::Master;
 
@@ -18,6 +18,8 @@ pub(super) enum Action {
     Start,
     /// One sync byte after another, for a buffer of the job.
     Run { step: usize },
+    /// Nothing: a buffer and all that belongs to it is over.
+    Seam { buffer: u32, steps: usize },
 }
 
 /// Bytes that a node answers with its ID.
@@ -66,7 +68,7 @@ impl Action {
             Action::Say(bytes) => bytes,
             Action::Ask(ask) => &ask.bytes,
             Action::Start => &frame::START,
-            Action::Run { .. } => &[],
+            Action::Run { .. } | Action::Seam { .. } => &[],
         }
     }
 
@@ -91,7 +93,7 @@ impl Action {
                 )
             }
             Action::Start => true,
-            Action::Say(_) | Action::Run { .. } => false,
+            Action::Say(_) | Action::Run { .. } | Action::Seam { .. } => false,
         }
     }
 }
@@ -106,7 +108,7 @@ pub(super) fn ping(unit: Unit) -> [Action; 2] {
 /// All that a buffer takes. A node that has taken a byte too many or too few shows it in the ping
 /// before the start, when nothing has moved yet, or in the one after the buffer.
 pub(super) fn buffer(buffer: &Buffer, step: usize) -> Vec<Action> {
-    let mut actions = Vec::with_capacity(8 * buffer.fills.len() + 2);
+    let mut actions = Vec::with_capacity(8 * buffer.fills.len() + 3);
     let number = buffer.number;
     for fill in &buffer.fills {
         let unit = fill.unit;
@@ -121,6 +123,7 @@ pub(super) fn buffer(buffer: &Buffer, step: usize) -> Vec<Action> {
     actions.extend(pings());
     actions.extend([Action::Start, Action::Run { step }]);
     actions.extend(pings());
+    actions.push(Action::Seam { buffer: number, steps: step + 1 });
     actions
 }
 
@@ -217,9 +220,7 @@ impl Master {
     /// A node that does not answer a ping may be off, busy with a tick that others have done, or on
     /// its way to the limit switch.
     fn doubt(&mut self, unit: Unit) {
-        if let Some(axis) = unit.axis {
-            self.doubtful.insert(axis);
-        }
+        self.unknown(unit.axis, Doubt::Ping);
     }
 
     fn entries(&self) -> usize {

@@ -1,5 +1,6 @@
 //! `cnc send`: a program or a dump is checked, shown, and streamed to the nodes.
 
+mod book;
 mod operator;
 mod result;
 pub mod sim;
@@ -12,12 +13,14 @@ use cnc::base::{AxisMap, Command, Machine, Progress, Source};
 use cnc::interp::RunError;
 use cnc::plan::Feed;
 use cnc::step::Summary;
+use cnc::tape::{self, Encoding, Header};
+use cnc::verify;
 use cnc::wire::{
     self, ANSWER_PAUSE_US, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes, Timing,
 };
 use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
-use cnc::{tape, verify};
 
+use self::book::Book;
 use self::operator::Terminal;
 use self::result::{Report, Simulated};
 use self::sim::Simulation;
@@ -25,13 +28,15 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
-use crate::program::{MotionArgs, Program};
+use crate::journal::{JournalArgs, PortJournal};
+use crate::program::{Encoder, MotionArgs, Program};
 use crate::progress::Bar;
 
 /// Streams a program or a command dump to the nodes
 ///
-/// All of it is checked before the port is opened. Ctrl-C stops where the axes are slow enough to
-/// stop without a ramp, or at the end of the buffer; a second one does not wait for that.
+/// All of it is checked before the port is opened. Ctrl-C holds where the axes are slow enough to
+/// stop without a ramp, or at the end of the buffer, and asks whether to go on; a second one stops
+/// at once.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program;
@@ -54,6 +59,8 @@ pub struct Args {
     #[arg(long)]
     ignore_stops: bool,
     #[command(flatten)]
+    journal: JournalArgs,
+    #[command(flatten)]
     motion: MotionArgs,
 }
 
@@ -62,8 +69,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     check_speed(args)?;
     if input::is_dump(&source)? {
         let machine = input::machine(global)?;
-        let job = dump(&source, &machine)?;
-        return run_job(args, global, &machine, job, None);
+        let (job, origin) = dump(&source, &machine)?;
+        return run_job(args, global, &machine, job, Work { origin, program: None });
     }
     let program =
         match Program::check(&args.file, source, input::machine(global)?, &args.motion, global)? {
@@ -74,18 +81,20 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
     let job = gather(program.commands(&summary)?, start_steps, machine)?.or_bad_input()?;
-    run_job(args, global, machine, job, Some(&program))
+    let origin = program.header(Encoder::Exact, Encoding::Counts);
+    run_job(args, global, machine, job, Work { origin, program: Some(&program) })
 }
 
-/// Lints, shows and runs a job; the program that it was made from, if it is at hand, is what the
-/// virtual nodes' motion is held against.
-fn run_job(
-    args: &Args,
-    global: &Global,
-    machine: &Machine,
-    job: Job,
-    program: Option<&Program>,
-) -> Outcome {
+/// What a job was made from.
+struct Work<'a> {
+    /// Program, options and machine.
+    origin: Header,
+    /// The program, if it is at hand: virtual nodes' motion is held against it.
+    program: Option<&'a Program>,
+}
+
+/// Lints, shows and runs a job.
+fn run_job(args: &Args, global: &Global, machine: &Machine, job: Job, work: Work<'_>) -> Outcome {
     let proof = wire::lint(&job, machine).or_bad_input()?;
     let simulation = Simulation::of_port(&args.port)?;
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
@@ -98,13 +107,23 @@ fn run_job(
         return Ok(Exit::Ok);
     }
     operator.check_stops(&job).or_bad_input()?;
+    let mut port = PortJournal::open(&args.port, &args.journal, machine, global)?;
+    if let Some(port) = port.as_ref().filter(|_| faults.is_none()) {
+        port.check_stands_at(&job.start_steps, machine, global)?;
+    }
     if !args.yes && !operator.asks("Start the job?") {
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
-    match faults {
-        Some(faults) => simulate(&report, job, operator, faults, program),
-        None => send(args, &report, job, operator),
+    let journal = port.as_mut().map(|port| &mut port.journal);
+    let mut book = journal.map(|journal| Book::new(journal, &args.port, &work.origin, None));
+    let outcome = match faults {
+        Some(faults) => simulate(&report, job, operator, faults, work.program, book.as_mut()),
+        None => send(args, &report, job, operator, book.as_mut()),
+    };
+    match book {
+        Some(book) => book.verdict(outcome),
+        None => outcome,
     }
 }
 
@@ -122,10 +141,10 @@ fn gather<E>(
 }
 
 /// The job of a dump. Its seal stands at its end, and is checked before anything else is.
-fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
+fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure> {
     let open = || tape::Reader::open(source.clone()).or_bad_input();
     let mut reader = open()?;
-    let header = reader.header();
+    let header = reader.header().clone();
     let stranger = |what: &str| {
         let name = source.name();
         Err(anyhow!("{name} was made {what}; make it anew with `cnc interpolate --csv`"))
@@ -151,7 +170,8 @@ fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
     }
     let start_steps = header.start_steps;
     reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
-    gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()
+    let job = gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()?;
+    Ok((job, header))
 }
 
 /// Real nodes keep their own time.
@@ -170,6 +190,7 @@ fn simulate(
     mut operator: Terminal,
     faults: Vec<FaultSpec>,
     program: Option<&Program>,
+    book: Option<&mut Book<'_>>,
 ) -> Outcome {
     let machine = report.machine;
     let bus = &machine.bus;
@@ -178,7 +199,8 @@ fn simulate(
     let asked = faults.len();
     let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
     let mut link = Sim::new(nodes.with_faults(faults));
-    let (job, ending) = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator);
+    let streamed = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator, book)?;
+    let (job, ending) = streamed;
     let nodes = link.nodes_mut();
     let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
     report.struck(&struck, asked);
@@ -215,7 +237,13 @@ fn verified(program: &Program) -> anyhow::Result<verify::Report> {
     Ok(verify::verify(&setup, commands, || Ok::<_, RunError>(program.path()))?)
 }
 
-fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {
+fn send(
+    args: &Args,
+    report: &Report<'_>,
+    job: Job,
+    mut operator: Terminal,
+    book: Option<&mut Book<'_>>,
+) -> Outcome {
     let machine = report.machine;
     let speed = args.speed.unwrap_or(Speed::Times(1.0));
     let port = Serial::open(&args.port, machine.bus.baud).or_bus()?;
@@ -226,21 +254,33 @@ fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> O
         ));
     }
     let mut link = Paced::new(port, speed);
-    let (_, ending) = stream(&mut link, machine, job, speed, &mut operator);
+    let (_, ending) = stream(&mut link, machine, job, speed, &mut operator, book)?;
     report.ending(&ending)
 }
 
+/// Runs a job, and writes it down where there is a journal. The job has not begun when that cannot
+/// be written.
 fn stream(
     link: &mut impl Link,
     machine: &Machine,
     job: Job,
     speed: Speed,
     operator: &mut Terminal,
-) -> (Job, Ending) {
+    book: Option<&mut Book<'_>>,
+) -> anyhow::Result<(Job, Ending)> {
     let timing = Timing::new(&machine.bus, speed.factor());
-    operator.bar.begin(job.ticks);
+    let total = job.ticks;
     let mut master = Master::new(job, machine, timing);
-    let ending = drive(link, &mut master, operator);
+    let Some(book) = book else {
+        operator.bar.begin(total);
+        let ending = drive(link, &mut master, operator);
+        operator.bar.end();
+        return Ok((master.into_job(), ending));
+    };
+    book.begin(master.job())?;
+    operator.bar.begin(total);
+    let ending = drive(link, &mut master, &mut book.journaled(operator));
     operator.bar.end();
-    (master.into_job(), ending)
+    book.end(&ending);
+    Ok((master.into_job(), ending))
 }

@@ -22,6 +22,8 @@ pub struct Terminal {
     interrupts: Interrupts,
     /// Interrupts that have been answered.
     told: usize,
+    /// One of them asked for a hold that has not come about yet.
+    holding: bool,
 }
 
 impl Terminal {
@@ -34,6 +36,7 @@ impl Terminal {
             verbose: global.verbose,
             interrupts,
             told: 0,
+            holding: false,
         }
     }
 
@@ -69,6 +72,27 @@ impl Terminal {
         }
     }
 
+    /// Asks whether a job that is held goes on. What was typed before is no answer; no answer, or a
+    /// wish of the system to end, is no.
+    fn goes_on(&self) -> bool {
+        if !self.can_ask || self.interrupts.must_end() {
+            return false;
+        }
+        // What cannot be thrown away is read as an answer, and asked again.
+        let _ = rustix::termios::tcflush(stdin(), rustix::termios::QueueSelector::IFlush);
+        self.bar.suspend(|| {
+            loop {
+                say!("[g: go on, s: stop here]");
+                let answer = self.line().unwrap_or_else(|| "s".to_owned());
+                match answer.trim().to_lowercase().as_str() {
+                    "g" | "go" | "go on" => return true,
+                    "s" | "stop" | "q" => return false,
+                    _ => {}
+                }
+            }
+        })
+    }
+
     /// A line from standard input; none at its end or when the operator interrupts.
     fn line(&self) -> Option<String> {
         let interrupts = self.interrupts.count();
@@ -91,13 +115,12 @@ impl Operator for Terminal {
     fn event(&mut self, event: &MasterEvent) {
         match event {
             MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
-            MasterEvent::Filling { buffer, unit } if self.verbose => {
+            MasterEvent::Filling { buffer, unit, .. } if self.verbose => {
                 self.say(&format!("buffer {buffer}: {unit} is filled"));
             }
             MasterEvent::Started { buffer } if self.verbose => {
                 self.say(&format!("buffer {buffer}: started"));
             }
-            MasterEvent::Held { line } => self.say(&format!("held before line {line}")),
             _ => {}
         }
     }
@@ -105,6 +128,22 @@ impl Operator for Terminal {
     fn pause(&mut self, event: &Event) -> bool {
         self.say(&format!("line {}: {}", event.line, event.kind));
         self.ignore_stops || self.asks("All nodes are idle. Go on?")
+    }
+
+    fn held(&mut self, master: &Master) -> bool {
+        let (progress, axes) = (master.progress(), master.axes());
+        let axes = axes.iter().map(|end| format!("{} {:.3}", end.axis, end.position_mm));
+        let axes = axes.collect::<Vec<_>>().join(", ");
+        self.say(&format!(
+            "held after tick {} of {}, line {}, at {axes}",
+            progress.ticks,
+            master.job().ticks,
+            progress.line
+        ));
+        let goes_on = self.goes_on();
+        self.holding = false;
+        self.told = self.interrupts.count();
+        goes_on
     }
 
     fn progress(&mut self, master: &Master) {
@@ -116,11 +155,12 @@ impl Operator for Terminal {
     fn interrupts(&mut self) -> usize {
         let count = self.interrupts.count();
         if count > self.told {
-            self.told = count;
-            self.say(if count == 1 {
-                "stopping where the axes are slow enough; a second Ctrl-C does not wait for that"
-            } else {
+            let more = count > self.told + 1 || self.holding;
+            (self.told, self.holding) = (count, true);
+            self.say(if more {
                 "stopping at once"
+            } else {
+                "stopping where the axes are slow enough; a second Ctrl-C does not wait for that"
             });
         }
         count

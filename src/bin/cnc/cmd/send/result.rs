@@ -181,6 +181,7 @@ impl Report<'_> {
             let axes = ending.axes.iter().map(|end| {
                 let state = json!({
                     "steps": end.steps, "position_mm": end.position_mm, "state": end.position.name(),
+                    "why": end.why.map(|why| why.to_string()),
                 });
                 (end.axis.to_string(), state)
             });
@@ -221,13 +222,17 @@ impl Report<'_> {
             let state = match end.position {
                 Position::Known => "known",
                 Position::KnownUntilPowerOff => "known until its node is switched off",
-                Position::Unconfirmed => {
-                    "not confirmed: other nodes have acknowledged its ticks, its own could not be asked"
-                }
+                Position::Unconfirmed => "not confirmed",
                 Position::Unknown => "unknown from here on: home it",
             };
             let unit = unit(end.axis);
-            say!("{} at {:.3} {unit} (step {}), {state}", end.axis, end.position_mm, end.steps);
+            let why = end.why.map_or(String::new(), |why| format!("; {why}"));
+            say!(
+                "{} at {:.3} {unit} (step {}), {state}{why}",
+                end.axis,
+                end.position_mm,
+                end.steps
+            );
         }
         if ending.power_cycle {
             say!(
