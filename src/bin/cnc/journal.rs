@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use cnc::base::{Axis, AxisMap, Machine};
 use cnc::wire_io::is_pseudo_terminal;
-use cnc::wire_io::journal::{self, Journal, Place, Record, Steps};
+use cnc::wire_io::journal::{self, Journal, Place, Record};
 
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
@@ -121,15 +121,6 @@ impl PortJournal {
             say!("warning: {differs}");
         }
         Ok(())
-    }
-
-    /// Where the journal says that the machine stands, if it is known of all axes.
-    pub fn known_steps(&self) -> Option<Steps> {
-        let known = |axis: &Axis| match self.journal.history().place(*axis) {
-            Place::Known(steps) => Some((*axis, steps)),
-            Place::Untold | Place::Unknown(_) => None,
-        };
-        self.axes.iter().map(known).collect()
     }
 
     fn shown(&self, steps: &AxisMap<i64>, machine: &Machine) -> String {

@@ -50,7 +50,7 @@ impl<'a> Book<'a> {
             None => Ok(exit),
             Some(why) => Err(Failure {
                 code: 3,
-                error: anyhow!("{why}; the job was to end where the axes are slow enough"),
+                error: anyhow!("{why}; a job without a journal ends where the axes are slow enough"),
             }),
         }
     }

@@ -93,21 +93,27 @@ impl Terminal {
         })
     }
 
-    /// A line from standard input; none at its end or when the operator interrupts.
+    /// A line from standard input; none at its end or when the operator interrupts. Read byte by
+    /// byte: what follows belongs to the next question.
     fn line(&self) -> Option<String> {
         let interrupts = self.interrupts.count();
         let wait = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+        let (input, mut line) = (stdin(), Vec::new());
         loop {
-            let input = stdin();
             let mut polled = [PollFd::new(&input, PollFlags::IN)];
             if rustix::event::poll(&mut polled, Some(&wait)).is_ok_and(|ready| ready > 0) {
-                let mut line = String::new();
-                return (stdin().read_line(&mut line).ok()? > 0).then_some(line);
+                let mut byte = [0];
+                match rustix::io::read(&input, &mut byte) {
+                    Ok(0) | Err(_) => return None,
+                    Ok(_) if byte == *b"\n" => break,
+                    Ok(_) => line.extend(byte),
+                }
             }
             if self.interrupts.count() > interrupts {
                 return None;
             }
         }
+        Some(String::from_utf8_lossy(&line).into_owned())
     }
 }
 
