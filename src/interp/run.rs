@@ -177,7 +177,11 @@ impl<'a> Run<'a> {
         engine.judge_delete(&self.block);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let mut flow = Flow::Next;
-        if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
+        // Most lines: nothing but words, and none that could begin a program.
+        if self.block.is_words_only() && !self.block.has(b'O') && engine.faults.is_empty() {
+            self.tape.begin();
+            flow = engine.execute(&self.block, &place, motions);
+        } else if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
             self.end = End::NotText;
         } else if self.tape.ends_at(&self.block) {
             self.end = End::Text;
@@ -230,7 +234,7 @@ impl<'a> Run<'a> {
         };
         let calls = Rc::clone(&self.calls);
         let place = Place { line, text, calls: &calls, file: body.file_name.as_deref() };
-        if !self.counts_work(1 + (text.len() / WORK_BYTES) as u64, place) {
+        if !self.counts_work(1 + (text.len() / WORK_BYTES) as u64, &place) {
             return Ok(());
         }
         self.engine.judge_delete(block);
@@ -245,18 +249,25 @@ impl<'a> Run<'a> {
         let flow = self.engine.execute(block, &place, motions);
         self.engine.report(&place, true);
         let made = (motions.len() - first) as u64;
-        if !self.counts_work(made * WORK_OF_MOVE, place) || flow == Flow::Next {
+        if !self.counts_work(made * WORK_OF_MOVE, &place) || flow == Flow::Next {
             return Ok(());
         }
         self.follow(flow, block, place, motions)
     }
 
     /// Counts the work of what may run again; false, and reported, if it is too much.
-    fn counts_work(&mut self, made: u64, place: Place<'_>) -> bool {
+    #[inline]
+    fn counts_work(&mut self, made: u64, place: &Place<'_>) -> bool {
         self.work += made;
-        if self.work <= self.work_max {
-            return true;
+        let is_bounded = self.work <= self.work_max;
+        if !is_bounded {
+            self.refuse_work(place);
         }
+        is_bounded
+    }
+
+    #[cold]
+    fn refuse_work(&mut self, place: &Place<'_>) {
         let message = format!(
             "subprograms and loops have run over {} blocks up to here, a move counted as \
              {WORK_OF_MOVE}",
@@ -264,9 +275,8 @@ impl<'a> Run<'a> {
         );
         let fault = Fault::new(&rules::MAX_PASSES, 0, place.text.len() as u32, message);
         let help = "is a count of calls, of repeats or of cuts too great?";
-        self.engine.findings.add(fault.help(help), place);
+        self.engine.findings.add(fault.help(help), *place);
         self.end = End::GivenUp;
-        false
     }
 
     /// Goes where a block leads.
