@@ -48,11 +48,11 @@ impl Master {
         if let State::Held(then) = std::mem::replace(&mut self.state, State::Next) {
             self.state = *then;
         }
-        if let State::Running(run) = &mut self.state {
-            if run.is_odd() {
-                self.hold = Hold::End;
-                return run.resume_at_once();
-            }
+        if let State::Running(run) = &mut self.state
+            && run.is_odd()
+        {
+            self.hold = Hold::End;
+            return run.resume_at_once();
         }
         self.doubt_sent_tick();
         self.end(End::Interrupted);

@@ -208,10 +208,10 @@ fn claim(path: &Path, mut file: &File) -> Result<(History, u64), JournalError> {
         Ok(read) => read,
         Err(reason) => return Err(JournalError::NoJournal { path, reason }),
     };
-    if whole < bytes.len() {
-        if let Err(reason) = file.set_len(whole as u64) {
-            return Err(JournalError::Io { path, what: "written", reason });
-        }
+    if whole < bytes.len()
+        && let Err(reason) = file.set_len(whole as u64)
+    {
+        return Err(JournalError::Io { path, what: "written", reason });
     }
     Ok((history, whole as u64))
 }

@@ -50,7 +50,9 @@ impl<'a> Book<'a> {
             None => Ok(exit),
             Some(why) => Err(Failure {
                 code: 3,
-                error: anyhow!("{why}; a job without a journal ends where the axes are slow enough"),
+                error: anyhow!(
+                    "{why}; a job without a journal ends where the axes are slow enough"
+                ),
             }),
         }
     }
