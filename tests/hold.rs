@@ -298,8 +298,6 @@ fn a_journal_says_whether_its_machine_may_move() {
     history.record(placed(&[Axis::X]));
     assert_eq!(history.place(Axis::X), Place::Known(7));
     assert!(matches!(history.place(Axis::Y), Place::Unknown(_)));
-    history.record(Record::Unsure { time: time(), axes: vec![Axis::X], why: "homes".to_owned() });
-    assert_eq!(history.place(Axis::X), Place::Unknown("homes".to_owned()));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use crate::base::Axis;
 use crate::base::machine::Unit;
+use crate::wire::direct::HomeRun;
 
 /// What was going on when something failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +29,8 @@ pub enum During {
         /// Its line of the NC program; that of the last movement in pads.
         line: u32,
     },
+    /// A node was sent to its limit switch.
+    Homing,
     /// Nothing was asked.
     Silence,
 }
@@ -41,6 +44,7 @@ impl std::fmt::Display for During {
             During::Tick { buffer, tick, line } => {
                 write!(f, "tick {tick} of buffer {buffer} (line {line})")
             }
+            During::Homing => write!(f, "the homing command"),
             During::Silence => write!(f, "nothing"),
         }
     }
@@ -101,6 +105,10 @@ fn remedy(during: During) -> &'static str {
         During::FillData { .. } => "bytes were lost: switch all nodes off and on, then home",
         During::Tick { .. } => {
             "the axes have stopped in the middle of the buffer: switch all nodes off and on, then home"
+        }
+        During::Homing => {
+            "the axis may still be running towards minus, switch or not, and nothing sent can stop it: \
+             switch its node off"
         }
         During::Silence => "look for a second host or noise",
     }
@@ -167,6 +175,15 @@ pub enum Doubt {
         /// The byte.
         got: u8,
     },
+    /// It was sent to its switch, and its node has not answered all of that.
+    #[error("it was sent to its switch, and is not known to be there")]
+    Homing,
+    /// Its node has jogged it by itself.
+    #[error("its node has jogged it by itself, and has not told how far")]
+    RawJog,
+    /// Nobody knew at the start, and the job has not moved it.
+    #[error("nobody knew at the start")]
+    Untold,
     /// Its node cannot be asked.
     #[error("other nodes have acknowledged its ticks, its own could not be asked since")]
     NotAsked,
@@ -181,6 +198,8 @@ pub struct AxisEnd {
     pub steps: i64,
     /// The same in mm; degrees on rotary axes.
     pub position_mm: f64,
+    /// Whether these two mean anything: false if nobody knew at the start, nor does now.
+    pub counted: bool,
     /// What that is worth.
     pub position: Position,
     /// Why it is unknown or unconfirmed, if so.
@@ -200,6 +219,8 @@ pub struct Ending {
     pub line: u32,
     /// Position of every axis that has a node.
     pub axes: Vec<AxisEnd>,
+    /// Axes that were homed, in order.
+    pub homed: Vec<HomeRun>,
     /// Nodes hold a buffer, or wait for data, that only switching them off makes them forget.
     pub power_cycle: bool,
     /// By how much all ticks together came late.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use cnc::base::{Axis, AxisMap, Machine};
+use cnc::wire::Job;
 use cnc::wire_io::is_pseudo_terminal;
 use cnc::wire_io::journal::{self, Journal, Place, Record};
 
@@ -13,7 +14,7 @@ use crate::exit::{ExitWith, Failure};
 use crate::input::Start;
 
 /// Options of all commands that move a machine.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct JournalArgs {
     /// Journal of what was sent and acknowledged [default: the port's own, in the user's state
     /// folder]
@@ -85,15 +86,16 @@ impl PortJournal {
     /// Refuses to move a machine of which it is not known where it stands, or that stands elsewhere
     /// (exit 3). Behind a pseudo-terminal, which may have been given other nodes, the last is a
     /// warning.
-    pub fn check_stands_at(
+    pub fn check_position(
         &self,
-        steps: &AxisMap<i64>,
+        job: &Job,
         machine: &Machine,
         global: &Global,
     ) -> Result<(), Failure> {
         self.check_unlocked()?;
+        let steps = &job.start_steps;
         let mut stands = *steps;
-        for axis in &self.axes {
+        for axis in self.axes.iter().filter(|axis| job.axes.contains(**axis)) {
             match self.journal.history().place(*axis) {
                 Place::Untold => {}
                 Place::Known(known) => stands[*axis] = known,

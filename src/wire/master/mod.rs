@@ -14,6 +14,7 @@
 //! [`Master::poll_timeout`] at the latest. Times are microseconds from any origin and never go
 //! back. After [`MasterEvent::Ended`] there is nothing left to do.
 
+mod direct;
 mod run;
 mod script;
 mod stop;
@@ -22,12 +23,14 @@ use std::collections::VecDeque;
 
 use crate::base::machine::{Bus, LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
+use crate::wire::direct::HomeRun;
 use crate::wire::frame;
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
 use crate::wire::nodes::byte_ns;
 use crate::wire::report::{Doubt, End, Ending, Fault};
 
+use self::direct::{HomeTimes, Jogging};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
 
@@ -103,6 +106,25 @@ pub enum MasterEvent {
         /// Within a buffer: nodes would take any byte for a tick of it.
         executing: bool,
     },
+    /// An axis is sent to its limit switch.
+    Homing {
+        /// The axis.
+        axis: Axis,
+    },
+    /// An axis stands at its limit switch.
+    Homed(HomeRun),
+    /// A node jogs by itself, until it is told something else.
+    Jogging {
+        /// Its axis.
+        axis: Axis,
+    },
+    /// It jogs no more.
+    Jogged {
+        /// Its axis.
+        axis: Axis,
+        /// Signed steps that it has made by the clock: no node has told.
+        steps: i64,
+    },
     /// It is over.
     Ended(Ending),
 }
@@ -148,6 +170,10 @@ enum State {
         until_us: u64,
     },
     Paused,
+    Resting {
+        until_us: u64,
+    },
+    Jogging(Jogging),
     Ended,
 }
 
@@ -159,6 +185,8 @@ pub struct Master {
     /// Axes that have a node, and their steps a mm.
     axes: Vec<(Axis, f64)>,
     slow_steps: AxisMap<u32>,
+    /// Entries of a node's buffer.
+    entries: usize,
     state: State,
     script: VecDeque<Action>,
     /// Step of the job that comes next.
@@ -179,6 +207,8 @@ pub struct Master {
     unconfirmed: AxisSet,
     position: AxisMap<i64>,
     progress: Progress,
+    home_times: HomeTimes,
+    homed: Vec<HomeRun>,
     buffers_done: u64,
     late_us: u64,
     late_us_max: u64,
@@ -197,10 +227,13 @@ impl Master {
             machine.axes.iter().filter(|profile| machine.bus.nodes.contains_key(&profile.axis));
         Master {
             position: job.start_steps,
-            job,
             timing,
-            axes: with_node.map(|profile| (profile.axis, profile.steps_per_mm)).collect(),
+            axes: with_node
+                .filter(|p| job.axes.contains(p.axis))
+                .map(|profile| (profile.axis, profile.steps_per_mm))
+                .collect(),
             slow_steps,
+            entries: machine.bus.buffer_ticks as usize,
             state: State::Next,
             script: VecDeque::new(),
             step: 0,
@@ -210,13 +243,16 @@ impl Master {
             fault: None,
             any_full: false,
             power_cycle: false,
-            doubts: AxisMap::default(),
+            doubts: AxisMap::from_fn(|axis| job.unknown.contains(axis).then_some(Doubt::Untold)),
             unconfirmed: AxisSet::EMPTY,
             progress: Progress::default(),
+            home_times: HomeTimes::default(),
+            homed: Vec::new(),
             buffers_done: 0,
             late_us: 0,
             late_us_max: 0,
             events: VecDeque::new(),
+            job,
         }
     }
 
@@ -236,6 +272,8 @@ impl Master {
             }
             State::Running(run) if run.is_overdue(now_us) => self.no_tick_answer(),
             State::Dwelling { until_us } if now_us >= *until_us => self.state = State::Next,
+            State::Resting { until_us } if now_us >= *until_us => self.state = State::Next,
+            State::Jogging(jogging) if now_us >= jogging.until_us => self.end_jog(now_us),
             _ => {}
         }
         self.settle(now_us);
@@ -269,8 +307,10 @@ impl Master {
     pub fn handle_sent(&mut self, now_us: u64) {
         let answer_us = self.timing.byte_us() + self.timing.reply_timeout_us;
         match &mut self.state {
-            State::Waiting { deadline_us, .. } => {
+            State::Waiting { ask, deadline_us } => {
+                let answer_us = answer_us + ask.question.lasts_us();
                 *deadline_us = (*deadline_us).max(now_us + answer_us);
+                self.home_times.asked_us = self.home_times.asked_us.max(now_us);
             }
             State::Running(_) => self.sync_sent(now_us),
             _ => {}
@@ -284,7 +324,8 @@ impl Master {
             State::Sending { .. } => Some(self.send_from_us()),
             State::Waiting { deadline_us, .. } => Some(*deadline_us),
             State::Running(run) => Some(run.timeout_us(self.wire_free_us())),
-            State::Dwelling { until_us } => Some(*until_us),
+            State::Dwelling { until_us } | State::Resting { until_us } => Some(*until_us),
+            State::Jogging(jogging) => Some(jogging.until_us),
             State::Held(_) | State::Paused | State::Ended => None,
         }
     }
@@ -333,7 +374,7 @@ impl Master {
                     self.early(&ask, byte);
                 } else if byte == ask.unit.id {
                     self.quiet(now_us);
-                    self.answered(ask);
+                    self.answered(now_us, ask);
                 } else {
                     self.wrong_answer(ask, byte);
                 }
@@ -351,7 +392,7 @@ impl Master {
             }
             State::Ended => {}
             state => {
-                self.power_cycle |= matches!(state, State::Sending { .. });
+                self.power_cycle |= matches!(state, State::Sending { .. } | State::Resting { .. });
                 self.fail(Fault::Unexpected { got: byte });
             }
         }
@@ -370,6 +411,12 @@ impl Master {
                     self.events.push_back(MasterEvent::Seam { buffer, steps, ticks, position });
                 }
                 Some(Action::Run { step }) => self.start_run(now_us, step),
+                Some(Action::Homed(home)) => self.homed(&home),
+                Some(Action::Jog(jog)) => self.start_jog(jog),
+                Some(Action::Rest { us }) => {
+                    let until_us = self.wire_free_us().max(now_us) + us;
+                    self.state = State::Resting { until_us };
+                }
                 Some(action) => {
                     self.announce(&action);
                     self.state = State::Sending { action, sent: 0 };
@@ -395,6 +442,12 @@ impl Master {
                     self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
                 }
                 self.script.extend(script::buffer(buffer, at));
+            }
+            Some(Step::Direct(direct)) => {
+                if at == 0 {
+                    self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
+                }
+                self.script.extend(direct::direct(direct));
             }
             None => self.end(End::Done),
         }
@@ -429,7 +482,10 @@ impl Master {
             return;
         };
         if let Action::Ask(ask) = action {
+            self.begin_homing(&ask);
             let wait_us = self.timing.byte_us() + self.timing.reply_timeout_us;
+            let wait_us = wait_us + ask.question.lasts_us();
+            self.home_times.asked_us = self.wire_free_us();
             self.state = State::Waiting { ask, deadline_us: self.wire_free_us() + wait_us };
         }
     }

@@ -19,6 +19,7 @@ impl Master {
             Hold::AtRest | Hold::Now => Hold::Now,
             Hold::End => Hold::End,
         };
+        self.hold_direct();
         if let State::Dwelling { .. } = self.state {
             let line = self.progress.line;
             self.hold_here(line, false);
@@ -61,7 +62,10 @@ impl Master {
     /// Ends the job: the port is gone. A node that was in the middle of a ping or a fill would take
     /// the next host's first bytes for the rest of it.
     pub fn fail_port(&mut self, why: String) {
-        self.power_cycle |= matches!(self.state, State::Sending { .. } | State::Waiting { .. });
+        let is_open = |state: &State| {
+            matches!(state, State::Sending { .. } | State::Waiting { .. } | State::Jogging(_))
+        };
+        self.power_cycle |= is_open(&self.state);
         self.doubt_sent_tick();
         self.end(End::Failed(Fault::Port(why)));
     }
@@ -79,7 +83,8 @@ impl Master {
             let steps = self.position[*axis];
             let position_mm = steps as f64 / steps_per_mm;
             let (position, why) = position(*axis);
-            AxisEnd { axis: *axis, steps, position_mm, position, why }
+            let counted = !(self.job.unknown.contains(*axis) && why.is_some());
+            AxisEnd { axis: *axis, steps, position_mm, counted, position, why }
         };
         self.axes.iter().map(axis_end).collect()
     }
@@ -90,7 +95,8 @@ impl Master {
         let front = self.script.front();
         let is_last = front.is_none() && self.step >= self.job.steps.len();
         let between = front.is_none_or(Action::begins_exchange);
-        self.fault.is_none() && self.unconfirmed.is_empty() && between && !is_last
+        let is_open = !self.unconfirmed.is_empty() || self.home_times.is_open();
+        self.fault.is_none() && !is_open && between && !is_last
     }
 
     /// A hold takes effect between two exchanges.
@@ -102,7 +108,7 @@ impl Master {
         let line = match self.job.steps.get(at) {
             Some(Step::Buffer(buffer)) => buffer.lines.first().copied().unwrap_or(0),
             Some(Step::Event(event)) => event.line,
-            None => 0,
+            Some(Step::Direct(_)) | None => 0,
         };
         self.hold_here(line, false);
     }
@@ -116,7 +122,8 @@ impl Master {
 
     pub(super) fn unknown(&mut self, axis: Option<Axis>, doubt: Doubt) {
         if let Some(axis) = axis {
-            self.doubts[axis].get_or_insert(doubt);
+            let first = self.doubts[axis].filter(|known| *known != Doubt::Untold);
+            self.doubts[axis] = first.or(Some(doubt));
         }
     }
 
@@ -142,6 +149,7 @@ impl Master {
             buffers: self.buffers_done,
             line: self.progress.line,
             axes,
+            homed: std::mem::take(&mut self.homed),
             power_cycle,
             late_us: self.late_us,
             late_us_max: self.late_us_max,

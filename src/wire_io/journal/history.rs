@@ -123,10 +123,6 @@ impl History {
                 self.places.clear();
                 self.unknown = Some(format!("the nodes have been switched off ({time})"));
             }
-            Record::Unsure { axes, why, .. } => {
-                self.places
-                    .extend(axes.into_iter().map(|axis| (axis, Place::Unknown(why.clone()))));
-            }
             Record::Placed { position, .. } => self.put(position),
             Record::Filling { .. }
             | Record::Started { .. }

@@ -250,7 +250,11 @@ impl<O: Operator> Operator for Journaled<'_, O> {
             MasterEvent::Held { line, ticks, executing } => {
                 Some(Record::Held { ticks: *ticks, line: *line, executing: *executing })
             }
-            MasterEvent::Ended(_) => None,
+            MasterEvent::Homing { .. }
+            | MasterEvent::Homed(_)
+            | MasterEvent::Jogging { .. }
+            | MasterEvent::Jogged { .. }
+            | MasterEvent::Ended(_) => None,
         };
         if let Some(record) = record {
             let on_disk = matches!(record, Record::Seam { .. } | Record::Held { .. });

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::machine::Unit;
 use crate::base::{Axis, AxisMap, Event};
-use crate::wire::{End, Ending};
+use crate::wire::{Doubt, End, Ending};
 
 /// What each axis has one of, in motor steps.
 pub type Steps = BTreeMap<Axis, i64>;
@@ -70,20 +70,11 @@ pub enum Record {
         /// When it was said.
         time: String,
     },
-    /// Some axes begin to move outside of a job, or may have moved: unknown until they are placed.
-    Unsure {
-        /// When.
-        time: String,
-        /// Which.
-        axes: Vec<Axis>,
-        /// Why.
-        why: String,
-    },
-    /// Axes are known to stand somewhere: they have been homed, or the operator says so.
+    /// Axes stand somewhere by somebody's word.
     Placed {
         /// When.
         time: String,
-        /// `home` or `operator`.
+        /// Whose: `operator`.
         by: String,
         /// Where.
         position: Steps,
@@ -95,7 +86,7 @@ pub enum Record {
 pub struct JobRecord {
     /// Version of the format: 1.
     pub schema: u32,
-    /// `send`, `jog`, …
+    /// `send`, `typed`, `jog` or `home`.
     pub command: String,
     /// When it began.
     pub time: String,
@@ -194,7 +185,9 @@ impl EndRecord {
             End::Interrupted => ("interrupted", None),
             End::Failed(fault) => ("failed", Some(fault.to_string())),
         };
-        let axes = ending.axes.iter().map(|end| {
+        // Of what nobody has known nor moved, the journal knows no less than before.
+        let told = ending.axes.iter().filter(|end| end.why != Some(Doubt::Untold));
+        let axes = told.map(|end| {
             let record = AxisRecord {
                 steps: end.steps,
                 position_mm: end.position_mm,

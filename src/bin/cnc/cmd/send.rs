@@ -1,6 +1,7 @@
 //! `cnc send`: a program or a dump is checked, shown, and streamed to the nodes.
 
 mod book;
+pub mod direct;
 mod operator;
 mod result;
 pub mod sim;
@@ -16,8 +17,10 @@ use cnc::step::Summary;
 use cnc::tape::{self, Encoding, Header};
 use cnc::verify;
 use cnc::wire::{
-    self, ANSWER_PAUSE_US, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes, Timing,
+    self, ANSWER_PAUSE_US, Direct, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes,
+    Timing,
 };
+use cnc::wire_io::journal::JobRecord;
 use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
 
 use self::book::Book;
@@ -37,15 +40,18 @@ use crate::progress::Bar;
 /// All of it is checked before the port is opened. Ctrl-C holds where the axes are slow enough to
 /// stop without a ramp, or at the end of the buffer, and asks whether to go on; a second one stops
 /// at once.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub struct Args {
     /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program;
     /// sim:seed=N and sim:faults=SPEC+… have faults (docs/bus.md)
     #[arg(value_name = "PORT")]
     port: PathBuf,
     /// NC program or command dump; - is standard input
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "execute")]
+    file: Option<PathBuf>,
+    /// Instead of a file: a block as typed; may be given again, for the blocks after it
+    #[arg(short, long, value_name = "BLOCK", conflicts_with = "file")]
+    execute: Vec<String>,
     /// Check and show the job, send nothing
     #[arg(long)]
     dry_run: bool,
@@ -65,43 +71,61 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let source = input::source(&args.file)?;
+    let source = args.file.as_deref().map(input::source).transpose()?;
     check_speed(args)?;
-    if input::is_dump(&source)? {
-        let machine = input::machine(global)?;
-        let (job, origin) = dump(&source, &machine)?;
-        return run_job(args, global, &machine, job, Work { origin, program: None });
-    }
-    let program =
-        match Program::check(&args.file, source, input::machine(global)?, &args.motion, global)? {
-            Ok(program) => program,
-            Err(exit) => return Ok(exit),
-        };
+    let machine = input::machine(global)?;
+    let program = match (&args.file, source) {
+        (Some(_), Some(source)) if input::is_dump(&source)? => {
+            let (job, origin) = dump(&source, &machine)?;
+            let work = Work { record: book::record(&origin), program: None };
+            return run_job(args, global, &machine, job, work);
+        }
+        (Some(file), Some(source)) => Program::check(file, source, machine, &args.motion, global)?,
+        _ => Program::check_typed(&args.execute, machine, &args.motion, global)?,
+    };
+    let program = match program {
+        Ok(program) => program,
+        Err(exit) => return Ok(exit),
+    };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
     let job = gather(program.commands(&summary)?, start_steps, machine)?.or_bad_input()?;
     let origin = program.header(Encoder::Exact, Encoding::Counts);
-    run_job(args, global, machine, job, Work { origin, program: Some(&program) })
+    let command = if args.file.is_some() { "send" } else { "typed" };
+    let record = JobRecord { command: command.to_owned(), ..book::record(&origin) };
+    run_job(args, global, machine, job, Work { record, program: Some(&program) })
 }
 
 /// What a job was made from.
-struct Work<'a> {
-    /// Program, options and machine.
-    origin: Header,
+pub struct Work<'a> {
+    /// What the journal says of it.
+    pub record: JobRecord,
     /// The program, if it is at hand: virtual nodes' motion is held against it.
-    program: Option<&'a Program>,
+    pub program: Option<&'a Program>,
+}
+
+/// A job that `jog` or `home` made.
+pub fn by_hand(command: &str, machine: &Machine) -> Work<'static> {
+    Work { record: book::by_hand(command, machine), program: None }
 }
 
 /// Lints, shows and runs a job.
-fn run_job(args: &Args, global: &Global, machine: &Machine, job: Job, work: Work<'_>) -> Outcome {
+pub fn run_job(
+    args: &Args,
+    global: &Global,
+    machine: &Machine,
+    job: Job,
+    work: Work<'_>,
+) -> Outcome {
     let proof = wire::lint(&job, machine).or_bad_input()?;
     let simulation = Simulation::of_port(&args.port)?;
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
-    let report = Report { machine, global };
+    let is_direct = direct::of_job(&job).next().is_some();
+    let report = Report { machine, global, is_direct };
     report.job(&job);
     let interrupts = Interrupts::watch()?;
-    let operator = Terminal::new(args.ignore_stops, global, interrupts);
+    let mut operator = Terminal::new(args.ignore_stops, global, interrupts);
     if args.dry_run {
         report.dry_run(&job, &proof)?;
         return Ok(Exit::Ok);
@@ -109,14 +133,19 @@ fn run_job(args: &Args, global: &Global, machine: &Machine, job: Job, work: Work
     operator.check_stops(&job).or_bad_input()?;
     let mut port = PortJournal::open(&args.port, &args.journal, machine, global)?;
     if let Some(port) = port.as_ref().filter(|_| faults.is_none()) {
-        port.check_stands_at(&job.start_steps, machine, global)?;
+        // Who homes does not care where the axes stand, nor who jogs raw.
+        if is_direct { port.check_unlocked() } else { port.check_position(&job, machine, global) }?;
     }
     if !args.yes && !operator.asks("Start the job?") {
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
+    if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
+        operator.stop_on_input();
+    }
     let journal = port.as_mut().map(|port| &mut port.journal);
-    let mut book = journal.map(|journal| Book::new(journal, &args.port, &work.origin, None));
+    let record = JobRecord { port: args.port.display().to_string(), ..work.record };
+    let mut book = journal.map(|journal| Book::new(journal, record));
     let outcome = match faults {
         Some(faults) => simulate(&report, job, operator, faults, work.program, book.as_mut()),
         None => send(args, &report, job, operator, book.as_mut()),
@@ -129,7 +158,7 @@ fn run_job(args: &Args, global: &Global, machine: &Machine, job: Job, work: Work
 
 /// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the
 /// source, or else of the job.
-fn gather<E>(
+pub fn gather<E>(
     commands: impl Iterator<Item = Result<Command, E>>,
     start_steps: AxisMap<i64>,
     machine: &Machine,
@@ -175,7 +204,7 @@ fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure> {
 }
 
 /// Real nodes keep their own time.
-fn check_speed(args: &Args) -> anyhow::Result<()> {
+pub fn check_speed(args: &Args) -> anyhow::Result<()> {
     let is_virtual = wire_io::is_pseudo_terminal(&args.port);
     if args.speed.is_some() && args.port.exists() && !is_virtual {
         let port = args.port.display();
@@ -277,7 +306,7 @@ fn stream(
         operator.bar.end();
         return Ok((master.into_job(), ending));
     };
-    book.begin(master.job())?;
+    book.begin(master.job(), machine)?;
     operator.bar.begin(total);
     let ending = drive(link, &mut master, &mut book.journaled(operator));
     operator.bar.end();

@@ -1,11 +1,10 @@
 //! What the journal says of a job that is sent.
 
-use std::path::Path;
-
 use anyhow::anyhow;
+use cnc::base::{Axis, Machine};
 use cnc::tape::{Header, Origin};
 use cnc::wire::{Ending, Job};
-use cnc::wire_io::journal::{self, JobRecord, Journal, Journaled, Named, Record, Resumed};
+use cnc::wire_io::journal::{self, JobRecord, Journal, Journaled, Named, Record};
 
 use super::operator::Terminal;
 use crate::exit::{Failure, Outcome};
@@ -17,18 +16,15 @@ pub struct Book<'a> {
 }
 
 impl<'a> Book<'a> {
-    pub fn new(
-        journal: &'a mut Journal,
-        port: &Path,
-        origin: &Header,
-        resumed: Option<Resumed>,
-    ) -> Self {
-        let port = port.display().to_string();
-        Book { journal, job: JobRecord { port, resumed, ..record(origin) } }
+    pub fn new(journal: &'a mut Journal, job: JobRecord) -> Self {
+        Book { journal, job }
     }
 
     /// Writes that the job begins. It must not if that fails.
-    pub fn begin(&mut self, job: &Job) -> anyhow::Result<()> {
+    pub fn begin(&mut self, job: &Job, machine: &Machine) -> anyhow::Result<()> {
+        let is_known = |axis: &Axis| job.axes.contains(*axis) && !job.unknown.contains(*axis);
+        let known = machine.bus.nodes.keys().copied().filter(is_known);
+        self.job.start_steps = journal::steps_of(known, &job.start_steps);
         self.job.time = journal::now();
         self.job.ticks = job.ticks;
         self.job.buffers = job.buffers().count() as u64;
@@ -62,7 +58,6 @@ impl<'a> Book<'a> {
 pub fn record(origin: &Header) -> JobRecord {
     let named = |origin: &Origin| Named::new(&origin.name, &origin.sha256);
     let option = |(name, value): &(String, String)| format!("{name}={value}");
-    let axes = origin.steps_per_mm.iter().map(|(axis, _)| *axis);
     JobRecord {
         schema: 1,
         command: "send".to_owned(),
@@ -71,7 +66,17 @@ pub fn record(origin: &Header) -> JobRecord {
         inputs: origin.inputs.iter().map(named).collect(),
         options: origin.options.iter().map(option).collect(),
         machine: named(&origin.machine),
-        start_steps: journal::steps_of(axes, &origin.start_steps),
+        ..JobRecord::default()
+    }
+}
+
+/// A job that was made from nothing but the command line.
+pub fn by_hand(command: &str, machine: &Machine) -> JobRecord {
+    JobRecord {
+        schema: 1,
+        command: command.to_owned(),
+        tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
+        machine: Named::new(&machine.id, &machine.sha256()),
         ..JobRecord::default()
     }
 }

@@ -8,7 +8,7 @@ use cnc::wire::{Job, Master, MasterEvent};
 use cnc::wire_io::Operator;
 use rustix::event::{PollFd, PollFlags, Timespec};
 
-use super::Bar;
+use super::{Bar, direct};
 use crate::args::Global;
 use crate::interrupt::Interrupts;
 
@@ -24,6 +24,8 @@ pub struct Terminal {
     told: usize,
     /// One of them asked for a hold that has not come about yet.
     holding: bool,
+    /// A line or the end of standard input is an interrupt too.
+    stops_on_input: bool,
 }
 
 impl Terminal {
@@ -37,6 +39,7 @@ impl Terminal {
             interrupts,
             told: 0,
             holding: false,
+            stops_on_input: false,
         }
     }
 
@@ -51,6 +54,11 @@ impl Terminal {
             )),
             _ => Ok(()),
         }
+    }
+
+    /// From here on a line or the end of standard input stops what runs.
+    pub fn stop_on_input(&mut self) {
+        self.stops_on_input = true;
     }
 
     /// Asks for a yes; without a terminal the answer is yes.
@@ -100,8 +108,7 @@ impl Terminal {
         let wait = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
         let (input, mut line) = (stdin(), Vec::new());
         loop {
-            let mut polled = [PollFd::new(&input, PollFlags::IN)];
-            if rustix::event::poll(&mut polled, Some(&wait)).is_ok_and(|ready| ready > 0) {
+            if has_input(wait) {
                 let mut byte = [0];
                 match rustix::io::read(&input, &mut byte) {
                     Ok(0) | Err(_) => return None,
@@ -127,6 +134,12 @@ impl Operator for Terminal {
             MasterEvent::Started { buffer } if self.verbose => {
                 self.say(&format!("buffer {buffer}: started"));
             }
+            MasterEvent::Homing { axis } => self.say(&format!("{axis} runs to its switch")),
+            MasterEvent::Homed(run) => self.say(&direct::told(run)),
+            MasterEvent::Jogging { axis } => self.say(&format!("{axis} jogs")),
+            MasterEvent::Jogged { axis, steps } => {
+                self.say(&format!("{axis} has stopped; by the clock it has made {steps} steps"));
+            }
             _ => {}
         }
     }
@@ -140,12 +153,9 @@ impl Operator for Terminal {
         let (progress, axes) = (master.progress(), master.axes());
         let axes = axes.iter().map(|end| format!("{} {:.3}", end.axis, end.position_mm));
         let axes = axes.collect::<Vec<_>>().join(", ");
-        self.say(&format!(
-            "held after tick {} of {}, line {}, at {axes}",
-            progress.ticks,
-            master.job().ticks,
-            progress.line
-        ));
+        let (ticks, all) = (progress.ticks, master.job().ticks);
+        let line = progress.line;
+        self.say(&format!("held after tick {ticks} of {all}, line {line}, at {axes}"));
         let goes_on = self.goes_on();
         self.holding = false;
         self.told = self.interrupts.count();
@@ -160,6 +170,9 @@ impl Operator for Terminal {
 
     fn interrupts(&mut self) -> usize {
         let count = self.interrupts.count();
+        if self.stops_on_input && (count > 0 || has_input(Timespec::default())) {
+            return count.max(1);
+        }
         if count > self.told {
             let more = count > self.told + 1 || self.holding;
             (self.told, self.holding) = (count, true);
@@ -171,4 +184,11 @@ impl Operator for Terminal {
         }
         count
     }
+}
+
+/// Whether standard input has something, or its end, within this time.
+fn has_input(wait: Timespec) -> bool {
+    let input = stdin();
+    let mut polled = [PollFd::new(&input, PollFlags::IN)];
+    rustix::event::poll(&mut polled, Some(&wait)).is_ok_and(|ready| ready > 0)
 }
