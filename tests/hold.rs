@@ -278,6 +278,36 @@ proptest! {
     }
 }
 
+/// What is left of a job after any of its steps is what it would have done then.
+#[test]
+fn what_is_left_of_a_job_is_the_rest_of_its_plan() {
+    let machine = machine();
+    for seed in 0..50 {
+        let job = job(&mut Random(seed), &machine);
+        let counts = |job: &Job| -> Vec<AxisMap<i32>> {
+            let ticks = |buffer: &cnc::wire::Buffer| -> Vec<_> {
+                (0..buffer.lines.len()).map(|tick| buffer.counts(tick)).collect()
+            };
+            job.buffers().flat_map(ticks).collect()
+        };
+        for done in 0..=job.steps.len() {
+            let rest = job.after(done, &machine);
+            lint(&rest, &machine).unwrap();
+            assert_eq!((rest.end_steps, &rest.steps[..]), (job.end_steps, &job.steps[done..]));
+            assert!(counts(&job).ends_with(&counts(&rest)));
+            assert_eq!(rest.ticks, counts(&rest).len() as u64);
+            let ran = run(&machine, rest, Person::new(vec![], vec![]), None);
+            judge(&machine, &ran);
+            assert_eq!(ran.ending.end, End::Done);
+        }
+        assert_eq!(job.after(0, &machine), job);
+        assert_eq!(
+            Job::of_steps(vec![], job.start_steps, &machine).followed_by(job.clone(), &machine),
+            job
+        );
+    }
+}
+
 #[test]
 fn a_journal_says_whether_its_machine_may_move() {
     let machine = machine();

@@ -281,3 +281,63 @@ fn a_pseudo_terminal_has_a_journal_of_its_own() {
     assert!(files[0].file_name().to_str().unwrap().starts_with("pts-"));
     check(&send(&["--at", "75,50,50"]), 0, "known");
 }
+
+/// Some buffers, with everything that has to be restored.
+const LONG: &str = "G21 G90 F150\nT2 M6\nM3 S900\nM8\nG0 Z5\nG1 Z-1\nX20 Y10\nX-20\nM64 P1\nG0 Z5\nX0 Y0\nM9\nG1 Z-2\nX-20 Y-10\nX20\nG0 Z5\nM30\n";
+
+#[test]
+fn a_job_cut_at_any_tick_goes_on_from_its_last_seam() {
+    let bench = Bench::new();
+    fs::write(bench.program(), LONG).unwrap();
+    let (program, journal) = (bench.program(), bench.journal());
+    let send = |port: &str, args: &[&str]| {
+        let mut process = cnc();
+        process.args(["send", port, "--ignore-stops", "--json", "--journal"]).arg(&journal);
+        process.arg(&program).args(args).output().unwrap()
+    };
+    let done = send("sim:", &[]);
+    check(&done, 0, "known");
+    let whole: Value = serde_json::from_slice(&done.stdout).unwrap();
+    let resume = ["--resume", journal.to_str().unwrap()];
+    check(&send("sim:", &resume), 1, "a job that is done");
+    for (cut, again) in [(3, 40), (1400, 1600), (2000, 900), (3100, 3000)] {
+        fs::remove_file(&journal).unwrap();
+        check(&send(&format!("sim:faults=dead:X@tick.{cut}"), &[]), 3, "did not answer");
+        let seam = bench.records().into_iter().rfind(|record| record["type"] == "seam");
+        check(&send("sim:", &resume), 2, "say --yes");
+        let at = ["--at", "11,22,33", "--yes"];
+        let shown = send("sim:", &[&resume[..], &at, &["--dry-run"]].concat());
+        check(&shown, 0, "Z to 100.000, the safe height");
+        check(&shown, 0, if seam.is_some() { "M3 S900 (line 3)" } else { "left, from line" });
+        // It is cut once more, and then comes to its end, where the whole job did.
+        let port = format!("sim:faults=dead:X@tick.{again}");
+        let twice = send(&port, &[&resume[..], &at].concat());
+        check(&twice, 3, "did not answer");
+        let last = send("sim:", &[&resume[..], &["--at", "99,1,60", "--yes"]].concat());
+        check(&last, 0, "executed what was planned");
+        let result: Value = serde_json::from_slice(&last.stdout).unwrap();
+        for axis in ["X", "Y", "Z"] {
+            assert_eq!(
+                result["axes"][axis]["steps"], whole["axes"][axis]["steps"],
+                "{cut} {again}"
+            );
+        }
+    }
+}
+
+#[test]
+fn only_the_same_job_is_gone_on_with() {
+    let bench = Bench::new();
+    let (program, journal) = (bench.program(), bench.journal());
+    let send = |port: &str, args: &[&str]| {
+        let args = [&["send", port, program.to_str().unwrap(), "--yes"], args].concat();
+        cnc().args(args).output().unwrap()
+    };
+    let journal = journal.to_str().unwrap();
+    check(&send("sim:", &["--resume", journal]), 2, "cannot be read");
+    check(&send("sim:faults=dead:X@tick.9", &["--journal", journal]), 3, "did not answer");
+    check(&send("sim:", &["--resume", journal, "--feed", "exact-stop"]), 1, "another plan");
+    check(&send("sim:", &["--resume", journal, "--start", "70,50,50"]), 1, "other options");
+    fs::write(&program, "G21 G90\nG1 X2 F100\nM30\n").unwrap();
+    check(&send("sim:", &["--resume", journal]), 1, "another program");
+}

@@ -125,6 +125,34 @@ impl PortJournal {
         Ok(())
     }
 
+    /// Where the machine stands: by the operator's word, or by the journal of the port, or as said
+    /// otherwise where neither tells. Reads only.
+    pub fn stands(
+        port: &Path,
+        args: &JournalArgs,
+        machine: &Machine,
+        otherwise: AxisMap<i64>,
+        global: &Global,
+    ) -> Result<AxisMap<i64>, Failure> {
+        if let Some(at) = &args.at {
+            return Ok(machine.nearest_steps(&at.position_mm(machine)));
+        }
+        let path = match &args.journal {
+            Some(path) => Some(path.clone()),
+            None => default_path(port, global)?,
+        };
+        let mut stands = otherwise;
+        if let Some(path) = path.filter(|path| path.is_file() && port.exists()) {
+            let history = Journal::read(&path)?;
+            for axis in machine.bus.nodes.keys() {
+                if let Place::Known(steps) = history.place(*axis) {
+                    stands[*axis] = steps;
+                }
+            }
+        }
+        Ok(stands)
+    }
+
     fn shown(&self, steps: &AxisMap<i64>, machine: &Machine) -> String {
         let position_mm = machine.position_mm(steps);
         let axes = self.axes.iter().map(|axis| format!("{axis} {:.3}", position_mm[*axis]));

@@ -151,8 +151,7 @@ impl Master {
             axes,
             homed: std::mem::take(&mut self.homed),
             power_cycle,
-            late_us: self.late_us,
-            late_us_max: self.late_us_max,
+            pacing: self.pacing.clone(),
         }));
     }
 

@@ -19,7 +19,9 @@ use crate::wire::{Ending, Master, MasterEvent};
 use crate::wire_io::drive::Operator;
 
 pub use history::{History, NoRecord, PastJob, Place};
-pub use record::{AxisRecord, EndRecord, JobRecord, Named, Record, Resumed, Steps, now, steps_of};
+pub use record::{
+    AxisRecord, EndRecord, JobRecord, Named, Record, Resumed, Steps, hex, now, steps_of,
+};
 
 /// A journal that cannot be used.
 #[derive(Debug, thiserror::Error)]

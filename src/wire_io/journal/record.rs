@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::machine::Unit;
 use crate::base::{Axis, AxisMap, Event};
-use crate::wire::{Doubt, End, Ending};
+use crate::wire::{Doubt, End, Ending, PacingFigures};
 
 /// What each axis has one of, in motor steps.
 pub type Steps = BTreeMap<Axis, i64>;
@@ -102,6 +102,9 @@ pub struct JobRecord {
     pub options: Vec<String>,
     /// The machine's profile.
     pub machine: Named,
+    /// SHA-256 of what the nodes are to be sent, and when events come; of the whole job in one that
+    /// goes on.
+    pub plan_sha256: String,
     /// Where the machine stands before the first tick.
     pub start_steps: Steps,
     /// Ticks to come.
@@ -140,9 +143,13 @@ pub struct Named {
 impl Named {
     /// A name and a hash.
     pub fn new(name: &str, sha256: &[u8; 32]) -> Named {
-        let sha256 = sha256.iter().map(|byte| format!("{byte:02x}")).collect();
-        Named { name: name.to_owned(), sha256 }
+        Named { name: name.to_owned(), sha256: hex(sha256) }
     }
+}
+
+/// Bytes in hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// How a job ended.
@@ -162,6 +169,8 @@ pub struct EndRecord {
     pub power_cycle: bool,
     /// What is known of each axis.
     pub axes: BTreeMap<Axis, AxisRecord>,
+    /// How well the ticks kept their period.
+    pub pacing: Option<PacingFigures>,
 }
 
 /// What is known of an axis.
@@ -204,6 +213,7 @@ impl EndRecord {
             line: ending.line,
             power_cycle: ending.power_cycle,
             axes: axes.collect(),
+            pacing: Some(ending.pacing.figures()),
         }
     }
 }

@@ -3,11 +3,13 @@
 mod book;
 pub mod direct;
 mod operator;
+mod pacing;
 mod result;
+mod resume;
 pub mod sim;
 
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
@@ -21,17 +23,19 @@ use cnc::wire::{
     Timing,
 };
 use cnc::wire_io::journal::JobRecord;
-use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
+use cnc::wire_io::{Link, Paced, Sim, Speed, drive};
 
 use self::book::Book;
 use self::operator::Terminal;
 use self::result::{Report, Simulated};
+use self::resume::Resume;
 use self::sim::Simulation;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal};
+use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, MotionArgs, Program};
 use crate::progress::Bar;
 
@@ -42,10 +46,8 @@ use crate::progress::Bar;
 /// at once.
 #[derive(Debug, Default, clap::Args)]
 pub struct Args {
-    /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program;
-    /// sim:seed=N and sim:faults=SPEC+… have faults (docs/bus.md)
-    #[arg(value_name = "PORT")]
-    port: PathBuf,
+    #[command(flatten)]
+    pub port: PortArgs,
     /// NC program or command dump; - is standard input
     #[arg(value_name = "FILE", required_unless_present = "execute")]
     file: Option<PathBuf>,
@@ -64,6 +66,9 @@ pub struct Args {
     /// Go over M0, M1, M6 and M60 without waiting
     #[arg(long)]
     ignore_stops: bool,
+    /// Go on with the job that this journal tells of, from its last seam
+    #[arg(long, value_name = "JOURNAL", conflicts_with = "execute")]
+    resume: Option<PathBuf>,
     #[command(flatten)]
     journal: JournalArgs,
     #[command(flatten)]
@@ -72,13 +77,14 @@ pub struct Args {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = args.file.as_deref().map(input::source).transpose()?;
-    check_speed(args)?;
+    let port = args.port.port(global)?;
+    check_speed(args, &port)?;
     let machine = input::machine(global)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
             let (job, origin) = dump(&source, &machine)?;
             let work = Work { record: book::record(&origin), program: None };
-            return run_job(args, global, &machine, job, work);
+            return run_job(args, global, &port, &machine, job, work);
         }
         (Some(file), Some(source)) => Program::check(file, source, machine, &args.motion, global)?,
         _ => Program::check_typed(&args.execute, machine, &args.motion, global)?,
@@ -94,7 +100,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let origin = program.header(Encoder::Exact, Encoding::Counts);
     let command = if args.file.is_some() { "send" } else { "typed" };
     let record = JobRecord { command: command.to_owned(), ..book::record(&origin) };
-    run_job(args, global, machine, job, Work { record, program: Some(&program) })
+    run_job(args, global, &port, machine, job, Work { record, program: Some(&program) })
 }
 
 /// What a job was made from.
@@ -110,16 +116,23 @@ pub fn by_hand(command: &str, machine: &Machine) -> Work<'static> {
     Work { record: book::by_hand(command, machine), program: None }
 }
 
-/// Lints, shows and runs a job.
+/// Lints, shows and runs a job, or what is left of it.
 pub fn run_job(
     args: &Args,
     global: &Global,
+    port: &Port,
     machine: &Machine,
     job: Job,
-    work: Work<'_>,
+    mut work: Work<'_>,
 ) -> Outcome {
+    let machine = &port.machine(machine);
+    work.record.plan_sha256 = book::plan_sha256(&job);
+    let (job, work) = match &args.resume {
+        Some(journal) => resumed(args, global, port, machine, journal, job, work)?,
+        None => (job, work),
+    };
     let proof = wire::lint(&job, machine).or_bad_input()?;
-    let simulation = Simulation::of_port(&args.port)?;
+    let simulation = Simulation::of_port(&args.port.port)?;
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let is_direct = direct::of_job(&job).next().is_some();
     let report = Report { machine, global, is_direct };
@@ -131,10 +144,16 @@ pub fn run_job(
         return Ok(Exit::Ok);
     }
     operator.check_stops(&job).or_bad_input()?;
-    let mut port = PortJournal::open(&args.port, &args.journal, machine, global)?;
-    if let Some(port) = port.as_ref().filter(|_| faults.is_none()) {
+    let mut journal = PortJournal::open(&port.path()?, &args.journal, machine, global)?;
+    if let Some(journal) = journal.as_ref().filter(|_| faults.is_none()) {
         // Who homes does not care where the axes stand, nor who jogs raw.
-        if is_direct { port.check_unlocked() } else { port.check_position(&job, machine, global) }?;
+        match is_direct {
+            true => journal.check_unlocked(),
+            false => journal.check_position(&job, machine, global),
+        }?;
+    }
+    if args.resume.is_some() && !args.yes && !operator.can_ask() {
+        return Err(anyhow!("--resume starts nothing by itself: say --yes to what is shown").into());
     }
     if !args.yes && !operator.asks("Start the job?") {
         say!("nothing was sent");
@@ -143,17 +162,36 @@ pub fn run_job(
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
     }
-    let journal = port.as_mut().map(|port| &mut port.journal);
-    let record = JobRecord { port: args.port.display().to_string(), ..work.record };
+    let journal = journal.as_mut().map(|opened| &mut opened.journal);
+    let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
     let mut book = journal.map(|journal| Book::new(journal, record));
     let outcome = match faults {
         Some(faults) => simulate(&report, job, operator, faults, work.program, book.as_mut()),
-        None => send(args, &report, job, operator, book.as_mut()),
+        None => send(args, port, &report, job, operator, book.as_mut()),
     };
     match book {
         Some(book) => book.verdict(outcome),
         None => outcome,
     }
+}
+
+/// What is left of a job, from where the machine stands; says what it will do.
+fn resumed<'w>(
+    args: &Args,
+    global: &Global,
+    port: &Port,
+    machine: &Machine,
+    journal: &Path,
+    job: Job,
+    mut work: Work<'w>,
+) -> Result<(Job, Work<'w>), Failure> {
+    let resume = Resume::of(journal, &work.record)?;
+    let (path, start) = (port.path()?, job.start_steps);
+    let stands = PortJournal::stands(&path, &args.journal, machine, start, global)?;
+    let plan = resume.plan(&job, stands, machine)?;
+    plan.told.iter().for_each(|line| say!("resume    {line}"));
+    (work.record.resumed, work.program) = (Some(plan.resumed), None);
+    Ok((plan.job, work))
 }
 
 /// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the
@@ -204,10 +242,9 @@ fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure> {
 }
 
 /// Real nodes keep their own time.
-pub fn check_speed(args: &Args) -> anyhow::Result<()> {
-    let is_virtual = wire_io::is_pseudo_terminal(&args.port);
-    if args.speed.is_some() && args.port.exists() && !is_virtual {
-        let port = args.port.display();
+pub fn check_speed(args: &Args, port: &Port) -> anyhow::Result<()> {
+    if args.speed.is_some() && port.is_real() {
+        let port = args.port.port.display();
         return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));
     }
     Ok(())
@@ -228,8 +265,8 @@ fn simulate(
     let asked = faults.len();
     let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
     let mut link = Sim::new(nodes.with_faults(faults));
-    let streamed = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator, book)?;
-    let (job, ending) = streamed;
+    let timing = Timing::new(bus, 1.0);
+    let (job, ending) = stream(&mut link, machine, job, timing, &mut operator, book)?;
     let nodes = link.nodes_mut();
     let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
     report.struck(&struck, asked);
@@ -268,6 +305,7 @@ fn verified(program: &Program) -> anyhow::Result<verify::Report> {
 
 fn send(
     args: &Args,
+    port: &Port,
     report: &Report<'_>,
     job: Job,
     mut operator: Terminal,
@@ -275,16 +313,11 @@ fn send(
 ) -> Outcome {
     let machine = report.machine;
     let speed = args.speed.unwrap_or(Speed::Times(1.0));
-    let port = Serial::open(&args.port, machine.bus.baud).or_bus()?;
-    if let Some(ms) = wire_io::latency_timer_ms(&args.port).filter(|ms| *ms > 1) {
-        operator.say(&format!(
-            "the adapter keeps answers back for up to {ms} ms; 1 ms is better: echo 1 | sudo tee \
-             /sys/bus/usb-serial/devices/*/latency_timer"
-        ));
-    }
+    let timing = port.timing(&machine.bus, speed);
+    let port = port.open(&machine.bus, |note| operator.say(note))?;
     let mut link = Paced::new(port, speed);
-    let (_, ending) = stream(&mut link, machine, job, speed, &mut operator, book)?;
-    report.ending(&ending)
+    let (_, ending) = stream(&mut link, machine, job, timing, &mut operator, book)?;
+    report.ending(&ending, link.priority())
 }
 
 /// Runs a job, and writes it down where there is a journal. The job has not begun when that cannot
@@ -293,11 +326,10 @@ fn stream(
     link: &mut impl Link,
     machine: &Machine,
     job: Job,
-    speed: Speed,
+    timing: Timing,
     operator: &mut Terminal,
     book: Option<&mut Book<'_>>,
 ) -> anyhow::Result<(Job, Ending)> {
-    let timing = Timing::new(&machine.bus, speed.factor());
     let total = job.ticks;
     let mut master = Master::new(job, machine, timing);
     let Some(book) = book else {

@@ -61,8 +61,16 @@ impl Terminal {
         self.stops_on_input = true;
     }
 
-    /// Asks for a yes; without a terminal the answer is yes.
+    /// Whether there is somebody to ask.
+    pub fn can_ask(&self) -> bool {
+        self.can_ask
+    }
+
+    /// Asks for a yes; without a terminal the answer is yes, and no once the system wants an end.
     pub fn asks(&self, question: &str) -> bool {
+        if self.interrupts.by_system().is_some() {
+            return false;
+        }
         if !self.can_ask {
             return true;
         }
@@ -83,7 +91,7 @@ impl Terminal {
     /// Asks whether a job that is held goes on. What was typed before is no answer; no answer, or a
     /// wish of the system to end, is no.
     fn goes_on(&self) -> bool {
-        if !self.can_ask || self.interrupts.must_end() {
+        if !self.can_ask || self.interrupts.by_system().is_some() {
             return false;
         }
         // What cannot be thrown away is read as an answer, and asked again.
@@ -176,10 +184,14 @@ impl Operator for Terminal {
         if count > self.told {
             let more = count > self.told + 1 || self.holding;
             (self.told, self.holding) = (count, true);
-            self.say(if more {
-                "stopping at once"
+            let why = self.interrupts.by_system().map_or(String::new(), |why| format!("{why}: "));
+            self.say(&if more {
+                format!("{why}stopping at once")
             } else {
-                "stopping where the axes are slow enough; a second Ctrl-C does not wait for that"
+                format!(
+                    "{why}stopping where the axes are slow enough; a second Ctrl-C does not wait for \
+                     that"
+                )
             });
         }
         count
