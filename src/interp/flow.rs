@@ -14,7 +14,7 @@ use super::Options;
 use super::body::{Body, Links, unmatched};
 use super::execute::Executor;
 use super::findings::Place;
-use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
+use super::program::{BLOCKS_MAX, Found, Reading, is_title, parse_line};
 use super::run::{End, Frame, FrameKind, PassedOver, Run};
 use super::words::WHOLE_WITHIN;
 
@@ -91,6 +91,7 @@ impl Run<'_> {
             | Control::CallNumber(..)
             | Control::Goto { .. }
             | Control::Then(_) => self.jump(statement, block, place),
+            Control::Title => Ok(()),
             _ => {
                 let fault =
                     unmatched(statement, "nothing before this has begun what it belongs to");
@@ -116,7 +117,7 @@ impl Run<'_> {
             Control::If(_) => self.branch(body, at),
             // Whoever comes to another arm has run the one before.
             Control::ElseIf(_) | Control::Else => self.go_to(links.end),
-            Control::EndIf | Control::Do => {}
+            Control::EndIf | Control::Do | Control::Title => {}
             Control::While(condition) if links.end == at => {
                 if self.holds(block, *condition) {
                     self.pass(body, links, place);
@@ -302,7 +303,7 @@ impl Run<'_> {
         while !reading.linker.is_closed() {
             let Some(line) = reading.next(&mut self.lines, findings, 0)? else {
                 reading.finish(findings);
-                self.rest_in_program = program_number(&reading.block).is_some();
+                self.rest_in_program = is_title(&reading.block);
                 self.end = if self.rest_in_program { End::GivenUp } else { End::Text };
                 return Ok(());
             };
@@ -397,7 +398,7 @@ impl Run<'_> {
     pub(super) fn keep_main(&mut self, line: u32) -> io::Result<bool> {
         let said = self.lines.number();
         let main = self.library.read_main(said, &mut self.engine.findings)?;
-        self.rest_in_program = program_number(&main.block).is_some();
+        self.rest_in_program = is_title(&main.block);
         (self.lines, self.block) = (main.lines, main.block);
         let Some(body) = main.body else { return Ok(false) };
         let next = body.place_of(line) + 1;

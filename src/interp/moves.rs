@@ -4,7 +4,7 @@ use crate::base::{Axis, Point};
 use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, POLAR_LETTERS};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
-use super::arc::{ArcTask, center_letter};
+use super::arc::{ArcTask, center_letter, tolerance_mm};
 use super::execute::{Asked, Executor, MotionMode, Output};
 use super::motion::{Bound, Corner, Motion, Move, MoveKind};
 use super::words::{machine_coordinates_alone, whole};
@@ -321,7 +321,7 @@ impl Executor<'_> {
             end_origin_mm: if self.absolute { zero_mm } else { start_mm },
             center_origin_mm: if self.centers_absolute { zero_mm } else { start_mm },
             centers_absolute: self.centers_absolute,
-            tolerance_mm: self.machine.arc_radius_tolerance_mm,
+            tolerance_mm: tolerance_mm(self.machine, self.mm_per_unit),
             steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
         };
         let mut center_mm = task.center_mm(faults)?;

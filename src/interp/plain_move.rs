@@ -5,10 +5,9 @@ use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, Op};
 use crate::gcode::{Block, letter_bit};
 
 use super::execute::{Asked, Executor, MotionMode, Output, motion_of};
-use super::feed::{FeedMode, LABEL_MAX};
+use super::feed::{FeedMode, judge_line_number};
 use super::motion::{Bound, Motion, Move, MoveKind};
 use super::moves::line_number;
-use super::words::whole;
 
 /// What may stand in such a block, of whatever motion.
 const MOVE_LETTERS: u32 = AXIS_LETTERS | letter_bit(b'G') | letter_bit(b'N') | letter_bit(b'F');
@@ -50,7 +49,7 @@ impl Executor<'_> {
             self.set_feed(word, out.faults);
         }
         if let Some(word) = block.word(b'N') {
-            whole(word, LABEL_MAX, out.faults);
+            judge_line_number(word, out.faults);
         }
         if let Some(op) = op {
             self.set_motion(op, &mut asked);

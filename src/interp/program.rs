@@ -12,7 +12,9 @@ use std::rc::Rc;
 
 use crate::base::Source;
 use crate::gcode::codes::{self, Op};
-use crate::gcode::{Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Word, parse, rules};
+use crate::gcode::{
+    Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Statement, Word, parse, rules,
+};
 
 use super::body::{Body, Linker};
 use super::execute::is_error;
@@ -72,6 +74,18 @@ pub(super) fn program_number(block: &Block) -> Option<(u32, &Word)> {
     let word = block.word(b'O')?;
     let is_number = word.value.fract() == 0.0 && word.value >= 0.0;
     is_number.then_some((word.value as u32, word))
+}
+
+/// Whether a block is the title of a program: `O100`, `O<name>`.
+pub(super) fn is_title(block: &Block) -> bool {
+    let is_name = |statement: &Statement| statement.control == Control::Title;
+    program_number(block).is_some() || block.statement().is_some_and(is_name)
+}
+
+/// Whether a block does more than set parameters and lead elsewhere. Before the first that does, a
+/// title is that of the main program: subprograms may stand above it.
+pub(super) fn acts(block: &Block) -> bool {
+    !block.words().is_empty() || block.call.is_some() || is_title(block)
 }
 
 /// How text is read.
@@ -342,6 +356,8 @@ pub(super) struct Reading {
     pub block: Block,
     /// Whether a statement could not be read: what belongs to it cannot be told.
     is_broken: bool,
+    /// Whether the next title begins another program.
+    has_acted: bool,
     tape: Tape,
     faults: Vec<Fault>,
     text: TextOptions,
@@ -355,6 +371,7 @@ impl Reading {
             is_faulty: false,
             block: Block::default(),
             is_broken: false,
+            has_acted: false,
             tape: Tape::default(),
             faults: Vec::new(),
             text,
@@ -371,7 +388,7 @@ impl Reading {
         while let Some(line) = lines.next_line()? {
             parse_line(&line, &mut self.block, &mut self.faults, self.text);
             let ends_tape = self.tape.ends_at(&self.block);
-            let begins_other = self.block.has(b'O') && self.body.len() > 0;
+            let begins_other = self.has_acted && is_title(&self.block);
             if ends_tape || begins_other {
                 self.faults.clear();
                 return Ok(None);
@@ -393,12 +410,14 @@ impl Reading {
     /// Adds a block that has been read already.
     pub fn begin(&mut self, line: u32, text: &[u8], block: &Block, findings: &mut Findings) {
         self.block.clone_from(block);
+        self.has_acted = true;
         self.add(line, text);
         self.report(line, text, findings, 0);
     }
 
     fn add(&mut self, line: u32, text: &[u8]) {
         self.body.push(line, text, &self.block);
+        self.has_acted |= acts(&self.block);
         self.is_broken |= self.block.is_broken_statement();
         let statement = self.block.statement().filter(|_| !self.is_broken);
         let linked = statement.map_or(Ok(()), |found| self.linker.add(&mut self.body, found));

@@ -17,7 +17,7 @@ use super::findings::Place;
 use super::flow::Flow;
 use super::hashed::HashedReader;
 use super::motion::Motion;
-use super::program::{Library, Tape, TextOptions, parse_line, program_number};
+use super::program::{Library, Tape, TextOptions, acts, is_title, parse_line, program_number};
 use super::turns::Awaited;
 use super::{Dialect, MAX_PASSES, Options};
 
@@ -89,6 +89,8 @@ pub(super) struct Run<'a> {
     work: u64,
     work_max: u64,
     pub(super) main_label: Option<Label>,
+    /// Whether the next title begins another program.
+    has_acted: bool,
     pub(super) frames: Vec<Frame>,
     /// Where each call that is being run was made.
     pub(super) calls: Rc<Vec<CallSite>>,
@@ -128,6 +130,7 @@ impl<'a> Run<'a> {
             work: 0,
             work_max: max_passes.saturating_mul(WORK_OF_PASS).max(WORK_MAX),
             main_label: None,
+            has_acted: false,
             frames: Vec::new(),
             calls: Rc::default(),
             calls_made: 0,
@@ -182,10 +185,11 @@ impl<'a> Run<'a> {
         } else if self.tape.ends_at(&self.block) {
             self.end = End::Text;
         } else if !self.block.is_empty() && !self.block.percent {
-            if let Some((number, _)) = program_number(&self.block) {
-                if engine.blocks > 0 {
+            if is_title(&self.block) {
+                let label = program_number(&self.block).map(|(number, _)| Label::Number(number));
+                if self.has_acted {
                     // What is wrong with a body that was called has been reported with it.
-                    if self.library.has_read(&Label::Number(number)) {
+                    if label.is_some_and(|label| self.library.has_read(&label)) {
                         engine.faults.clear();
                     } else {
                         engine.executor.check_codes(&self.block, &mut engine.faults);
@@ -194,8 +198,9 @@ impl<'a> Run<'a> {
                     self.end = End::NextProgram;
                     return self.missing_end(true);
                 }
-                self.main_label = Some(Label::Number(number));
+                self.main_label = label;
             }
+            self.has_acted |= acts(&self.block);
             flow = match self.block.statement() {
                 _ if self.block.is_broken_statement() => Flow::Unreadable,
                 Some(_) if engine.faults.iter().any(is_error) => Flow::Unreadable,
@@ -241,6 +246,7 @@ impl<'a> Run<'a> {
             self.engine.report(&place, true);
             return result;
         }
+        self.has_acted = true;
         let first = motions.len();
         let flow = self.engine.execute(block, &place, motions);
         self.engine.report(&place, true);
