@@ -27,8 +27,9 @@ const SAME_POINT_MM: f64 = 1e-6;
 /// Angles this near to half a turn are a way back.
 const WAY_BACK_RAD: f64 = 1e-6;
 
-/// Where an arc leads back, its direction is known no better than its centre is written.
-const WAY_BACK_CURVED_RAD: f64 = 1e-3;
+/// Where an arc leads back it curls over the way there, or away from it, however exactly it sets out:
+/// within this angle, as LinuxCNC has it, the curl tells.
+const WAY_BACK_CURVED_RAD: f64 = 0.05;
 
 /// Most that is held between two moves in the plane.
 const HELD_MAX: usize = 1000;
