@@ -381,6 +381,36 @@ fn the_end_of_a_cycle_ends_no_motion_code_at_fanuc() {
     }
 }
 
+/// Titles, line numbers and words that say the same twice, as real programs have them.
+#[test]
+fn real_programs_are_written_so() {
+    for (text, expected) in [
+        // Above the title of the main program stand subprograms and parameters.
+        ("#1=2\nO5 sub\nG0 X9\nO5 endsub\nO1\nO5 call\nM30", None),
+        ("#1=9\nO1 (main)\n#2=1\nIF [#1 EQ 9] GOTO 7\nG0 X5\nN7 M30", None),
+        ("O<main> (title)\nG0 X1\nM30", None),
+        ("G0 X1\nO<sub>\nM30", Some("expression 2:1")),
+        ("o1 sub\nO<other>\no1 endsub\no1 call\nM30", Some("expression 2:1")),
+        ("N10.5 G0 X1\nM30", None),
+        ("N-1 G0 X1\nM30", Some("bad-value 1:1")),
+        ("G49 H0\nG40 D0\nM30", None),
+        ("G49 H1\nM30", Some("unused-word 1:5")),
+        ("G0 X[EXISTS[#5] + EXISTS[#[5000 + 602]]] Y EXISTS[#5603]\nM30", None),
+        ("#abs[-3]=5\nG0 X#3\nM30", None),
+        // LinuxCNC's tolerances: 0.02 times the root of 2 mm, and a tenth of that in inches.
+        ("G2 X20.028 I10 F9\nM30", Some("arc-radius-doubtful 1:1")),
+        ("G2 X20.029 I10 F9\nM30", Some("arc-radius 1:1")),
+        ("G20\nG2 X1.0028 I0.5 F9\nM30", Some("arc-radius-doubtful 2:1")),
+        ("G20\nG2 X1.0029 I0.5 F9\nM30", Some("arc-radius 2:1")),
+    ] {
+        let found = check(text.as_bytes(), &ideal());
+        let show = |found: &cnc::base::Diagnostic| {
+            format!("{} {}:{}", found.rule, found.span.line, found.column())
+        };
+        assert_eq!(found.diagnostics.first().map(show).as_deref(), expected, "{text}");
+    }
+}
+
 /// After M29 taps start the spindle, follow its turns and leave it standing, until G80.
 #[test]
 fn rigid_taps_follow_the_spindle() {

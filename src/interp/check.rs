@@ -9,7 +9,7 @@ use super::Options;
 use super::findings::Place;
 use super::hashed::HashedReader;
 use super::motion::Motion;
-use super::program::{Library, is_title, parse_line, program_number};
+use super::program::{Library, parse_line, program_number};
 use super::run::{End, PassedOver, Run};
 use super::travel::Travel;
 
@@ -187,10 +187,9 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
         } else if run.tape.ends_at(&block) {
             run.end = End::Text;
             in_program = false;
-        } else if is_title(&block) {
+        } else if let Some((number, _)) = program_number(&block) {
             in_program = true;
-            let number = program_number(&block);
-            reported = number.is_some_and(|(number, _)| has_read(&run.library, number));
+            reported = has_read(&run.library, number);
         } else if let Some(sub) = block.statement().filter(|found| found.control == Control::Sub) {
             in_program = true;
             reported = run.library.has_read(&sub.label);

@@ -14,7 +14,7 @@ use super::Options;
 use super::body::{Body, Links, unmatched};
 use super::execute::Executor;
 use super::findings::Place;
-use super::program::{BLOCKS_MAX, Found, Reading, is_title, parse_line};
+use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
 use super::run::{End, Frame, FrameKind, PassedOver, Run};
 use super::words::WHOLE_WITHIN;
 
@@ -303,7 +303,7 @@ impl Run<'_> {
         while !reading.linker.is_closed() {
             let Some(line) = reading.next(&mut self.lines, findings, 0)? else {
                 reading.finish(findings);
-                self.rest_in_program = is_title(&reading.block);
+                self.rest_in_program = program_number(&reading.block).is_some();
                 self.end = if self.rest_in_program { End::GivenUp } else { End::Text };
                 return Ok(());
             };
@@ -398,7 +398,7 @@ impl Run<'_> {
     pub(super) fn keep_main(&mut self, line: u32) -> io::Result<bool> {
         let said = self.lines.number();
         let main = self.library.read_main(said, &mut self.engine.findings)?;
-        self.rest_in_program = is_title(&main.block);
+        self.rest_in_program = program_number(&main.block).is_some();
         (self.lines, self.block) = (main.lines, main.block);
         let Some(body) = main.body else { return Ok(false) };
         let next = body.place_of(line) + 1;

@@ -76,16 +76,19 @@ pub(super) fn program_number(block: &Block) -> Option<(u32, &Word)> {
     is_number.then_some((word.value as u32, word))
 }
 
-/// Whether a block is the title of a program: `O100`, `O<name>`.
-pub(super) fn is_title(block: &Block) -> bool {
-    let is_name = |statement: &Statement| statement.control == Control::Title;
-    program_number(block).is_some() || block.statement().is_some_and(is_name)
+/// The fault of `O<name>` alone where it is no title of the main program: a call is meant, as a rule.
+pub(super) fn misplaced_title(block: &Block) -> Option<Fault> {
+    let title = block.statement().filter(|statement| statement.control == Control::Title)?;
+    let message = format!("{} alone is a title: no program begins here", title.label);
+    let fault = Fault::new(&rules::EXPRESSION, title.start, title.end, message);
+    Some(fault.help(format!("to call it write {} call", title.label)))
 }
 
 /// Whether a block does more than set parameters and lead elsewhere. Before the first that does, a
 /// title is that of the main program: subprograms may stand above it.
 pub(super) fn acts(block: &Block) -> bool {
-    !block.words().is_empty() || block.call.is_some() || is_title(block)
+    let is_title = |statement: &Statement| statement.control == Control::Title;
+    !block.words().is_empty() || block.call.is_some() || block.statement().is_some_and(is_title)
 }
 
 /// How text is read.
@@ -388,7 +391,7 @@ impl Reading {
         while let Some(line) = lines.next_line()? {
             parse_line(&line, &mut self.block, &mut self.faults, self.text);
             let ends_tape = self.tape.ends_at(&self.block);
-            let begins_other = self.has_acted && is_title(&self.block);
+            let begins_other = self.has_acted && program_number(&self.block).is_some();
             if ends_tape || begins_other {
                 self.faults.clear();
                 return Ok(None);
@@ -417,6 +420,11 @@ impl Reading {
 
     fn add(&mut self, line: u32, text: &[u8]) {
         self.body.push(line, text, &self.block);
+        let misplaced = misplaced_title(&self.block);
+        if let Some(fault) = misplaced.filter(|_| self.has_acted || self.body.label.is_some()) {
+            self.is_faulty = true;
+            self.faults.push(fault);
+        }
         self.has_acted |= acts(&self.block);
         self.is_broken |= self.block.is_broken_statement();
         let statement = self.block.statement().filter(|_| !self.is_broken);

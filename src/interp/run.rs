@@ -17,7 +17,9 @@ use super::findings::Place;
 use super::flow::Flow;
 use super::hashed::HashedReader;
 use super::motion::Motion;
-use super::program::{Library, Tape, TextOptions, acts, is_title, parse_line, program_number};
+use super::program::{
+    Library, Tape, TextOptions, acts, misplaced_title, parse_line, program_number,
+};
 use super::turns::Awaited;
 use super::{Dialect, MAX_PASSES, Options};
 
@@ -185,11 +187,11 @@ impl<'a> Run<'a> {
         } else if self.tape.ends_at(&self.block) {
             self.end = End::Text;
         } else if !self.block.is_empty() && !self.block.percent {
-            if is_title(&self.block) {
-                let label = program_number(&self.block).map(|(number, _)| Label::Number(number));
+            if let Some((number, _)) = program_number(&self.block) {
+                let label = Label::Number(number);
                 if self.has_acted {
                     // What is wrong with a body that was called has been reported with it.
-                    if label.is_some_and(|label| self.library.has_read(&label)) {
+                    if self.library.has_read(&label) {
                         engine.faults.clear();
                     } else {
                         engine.executor.check_codes(&self.block, &mut engine.faults);
@@ -198,8 +200,9 @@ impl<'a> Run<'a> {
                     self.end = End::NextProgram;
                     return self.missing_end(true);
                 }
-                self.main_label = label;
+                self.main_label = Some(label);
             }
+            engine.faults.extend(misplaced_title(&self.block).filter(|_| self.has_acted));
             self.has_acted |= acts(&self.block);
             flow = match self.block.statement() {
                 _ if self.block.is_broken_statement() => Flow::Unreadable,
