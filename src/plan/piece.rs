@@ -39,6 +39,9 @@ const PULLS_MOSTLY: usize = 6;
 /// Keeps a count below its limit whatever the rounding of positions does, in steps.
 const COUNT_MARGIN: f64 = 1e-6;
 
+/// Where one end uses all of a limit, what is left for the other must not hang on rounding.
+const PULL_SLACK: f64 = 1e-9;
+
 /// Squares of speeds that differ by less than this share are those of the same speed.
 pub const SPEEDS_EQUAL: f64 = 1e-7;
 
@@ -387,7 +390,18 @@ impl Piece {
         let reach = match &self.grip {
             Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
             Grip::Bent { pulls, .. } => {
-                most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq)
+                let entry = |exit_sq| most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq);
+                let even_sq = self.speed_sq_max();
+                let entry_sq = entry(exit_sq);
+                // Above the speed that all of it may have there may be no entry to an exit.
+                let holds = |pull: &Pull| {
+                    (pull.from * entry_sq + pull.to * exit_sq).abs() <= 1.0 + PULL_SLACK
+                };
+                if exit_sq <= even_sq || entry_sq >= even_sq && pulls.iter().all(holds) {
+                    entry_sq
+                } else {
+                    entry(even_sq)
+                }
             }
         };
         reach.min(self.ends_sq_max[0])
@@ -487,8 +501,7 @@ fn longest_s(machine: &Machine) -> f64 {
 /// second, keeps all conditions. The set of pairs that keep them is convex and holds all equal
 /// pairs up to the piece's greatest speed, so below that the greatest value grows with the other.
 fn most(pulls: impl Iterator<Item = (f64, f64)>, given: f64) -> f64 {
-    // Where the other uses all of a limit, what is left must not hang on rounding.
-    let left = |(own, other): (f64, f64)| 1.0 + 1e-9 - own.signum() * other * given;
+    let left = |(own, other): (f64, f64)| 1.0 + PULL_SLACK - own.signum() * other * given;
     let bound = |pull: (f64, f64)| left(pull) / pull.0.abs();
     pulls.map(bound).fold(f64::INFINITY, f64::min).max(0.0)
 }
