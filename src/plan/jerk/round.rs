@@ -26,6 +26,9 @@ const LANDING_SHARE: f64 = 1e-3;
 /// It has its speed there, but for this share.
 const LANDING_SPEED: f64 = 1e-6;
 
+/// What is nearer to the ceiling than this share of its speed is on it.
+const ON_CEILING: f64 = 1e-7;
+
 /// A part of the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
@@ -34,6 +37,15 @@ pub struct Part {
     pub run: usize,
     /// Where the arc ends that it belongs to; its own end, if it belongs to none.
     pub lands_mm: f64,
+}
+
+impl Part {
+    /// The same, with places and pieces counted from others on.
+    pub fn counted_from(&self, at_mm: f64, run: usize) -> Part {
+        let mut stretch = self.stretch;
+        stretch.from.at_mm -= at_mm;
+        Part { stretch, run: self.run - run, lands_mm: self.lands_mm - at_mm }
+    }
 }
 
 /// Where an arc would leave what is allowed.
@@ -70,8 +82,9 @@ pub struct Rounding<'a> {
 }
 
 impl<'a> Rounding<'a> {
-    /// From a state at the start of the lanes, on the ceiling or below it.
-    pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State) -> Rounding<'a> {
+    /// From a state at the start of the lanes, on the ceiling or below it; or above it, where there is
+    /// a motion from there on that was found below another ceiling: it is kept as far as it is above.
+    pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State, held: Vec<Part>) -> Rounding<'a> {
         let mut breaks_mm = vec![f64::INFINITY; lanes.len()];
         for i in (1..lanes.len()).rev() {
             let (before, after) = (&lanes[i - 1], &lanes[i]);
@@ -79,12 +92,43 @@ impl<'a> Rounding<'a> {
             let breaks = drop_mm_s2 > after.step_mm_s2(&runs[after.run].piece);
             breaks_mm[i - 1] = if breaks { before.end_mm } else { breaks_mm[i] };
         }
-        let first = lanes.first().map_or(0.0, |lane| lane.stretch.from.speed_mm_s);
-        let follows = state.speed_mm_s >= first * (1.0 - 1e-7);
         let braking = lanes.iter().map(|lane| -lane.stretch.from.accel_mm_s2);
         let steepest_mm_s2 = braking.fold(0.0, f64::max);
-        let parts = Vec::new();
-        Rounding { lanes, runs, breaks_mm, steepest_mm_s2, state, follows, lane: 0, parts }
+        let (lane, follows, parts) = (0, false, Vec::new());
+        let mut rounding =
+            Rounding { lanes, runs, breaks_mm, steepest_mm_s2, state, follows, lane, parts };
+        rounding.begin(held);
+        rounding
+    }
+
+    /// Keeps a motion up to where the ceiling is above it.
+    fn begin(&mut self, held: Vec<Part>) {
+        for mut part in held.into_iter().filter(|part| part.stretch.duration_s > 0.0) {
+            if !self.is_above(&self.state) {
+                break;
+            }
+            let (mut low_s, mut high_s) = (0.0, part.stretch.duration_s);
+            while !self.is_above(&part.stretch.after(high_s)) && high_s - low_s > P_ERROR_S {
+                let middle_s = 0.5 * (low_s + high_s);
+                let above = self.is_above(&part.stretch.after(middle_s));
+                *if above { &mut low_s } else { &mut high_s } = middle_s;
+            }
+            part.stretch.duration_s = high_s;
+            self.state = part.stretch.end();
+            self.parts.push(part);
+        }
+        let ceiling_mm_s = self.ceiling_mm_s(self.state.at_mm);
+        self.follows = self.state.speed_mm_s >= ceiling_mm_s * (1.0 - ON_CEILING);
+    }
+
+    fn is_above(&self, state: &State) -> bool {
+        state.speed_mm_s > self.ceiling_mm_s(state.at_mm) * (1.0 + ON_CEILING)
+    }
+
+    fn ceiling_mm_s(&self, at_mm: f64) -> f64 {
+        let next = self.lanes.partition_point(|lane| lane.end_mm <= at_mm);
+        let lane = self.lanes.get(next).or(self.lanes.last());
+        lane.map_or(0.0, |lane| lane.at(at_mm).speed_mm_s)
     }
 
     /// The motion, part by part.
