@@ -16,7 +16,7 @@ use crate::path::{Curve, Rates, Segment, Span};
 
 use super::jerk::JerkLimit;
 use super::junction::Junction;
-use super::{Bound, Ramp};
+use super::{Bound, Ramp, hairpin};
 
 /// How far a curve turns in a piece at most: 1.25 degrees.
 const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
@@ -138,7 +138,10 @@ impl Piece {
         let length_mm = segment.length_mm();
         let mut rates = segment.rates_at(0.0);
         let mut before: Option<Rates> = None;
-        for (number, span) in (1..).zip(spans) {
+        let fastest_mm_s = segment.feed_mm_s.unwrap_or_else(|| speed_max_mm_s(machine));
+        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+        let limits_sq = hairpin::speeds_sq(spans, off_mm, fastest_mm_s, machine);
+        for (number, (span, limit_sq)) in (1..).zip(spans.iter().zip(limits_sq)) {
             let junction = before.map_or(first, |before| {
                 rates.follow(span, 0);
                 let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
@@ -159,7 +162,10 @@ impl Piece {
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
-            piece.split(least, ends, machine, ramps, junction, &mut take);
+            piece.split(least, ends, machine, ramps, junction, &mut |mut piece, junction| {
+                piece.bounded_by(limit_sq, Bound::Chord);
+                take(piece, junction);
+            });
         }
     }
 
@@ -488,6 +494,12 @@ impl Piece {
             }
         }
     }
+}
+
+/// The greatest speed in any direction: that of all linear axes together.
+fn speed_max_mm_s(machine: &Machine) -> f64 {
+    let axes = machine.axes.iter().filter(|profile| !profile.axis.is_rotary());
+    axes.map(|profile| profile.speed_max_mm_s.powi(2)).sum::<f64>().sqrt()
 }
 
 /// How long a piece takes at its greatest speed at most: where motion is in node buffers, a share
