@@ -424,17 +424,24 @@ impl Piece {
         reach.min(self.ends_sq_max[1])
     }
 
-    /// The greatest acceleration from a speed at its start, and the greatest braking to one at its end,
-    /// whatever its speed limits say.
-    pub fn accels_mm_s2(&self, speed_sq: f64) -> [f64; 2] {
+    /// The greatest acceleration from a speed at its start, whatever its speed limits say.
+    pub fn speeding_up_mm_s2(&self, speed_sq: f64) -> f64 {
         match &self.grip {
-            Grip::Straight { accel_mm_s2 } => [*accel_mm_s2; 2],
+            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
             Grip::Bent { pulls, .. } => {
-                let gain = |reach_sq: f64| (0.5 * (reach_sq - speed_sq) / self.length_mm).max(0.0);
-                [
-                    gain(most(pulls.iter().map(|pull| (pull.to, pull.from)), speed_sq)),
-                    gain(most(pulls.iter().map(|pull| (pull.from, pull.to)), speed_sq)),
-                ]
+                let exit_sq = most(pulls.iter().map(|pull| (pull.to, pull.from)), speed_sq);
+                (0.5 * (exit_sq - speed_sq) / self.length_mm).max(0.0)
+            }
+        }
+    }
+
+    /// The greatest braking to a speed at its end, whatever its speed limits say.
+    pub fn braking_mm_s2(&self, speed_sq: f64) -> f64 {
+        match &self.grip {
+            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
+            Grip::Bent { pulls, .. } => {
+                let entry_sq = most(pulls.iter().map(|pull| (pull.from, pull.to)), speed_sq);
+                (0.5 * (entry_sq - speed_sq) / self.length_mm).max(0.0)
             }
         }
     }

@@ -44,10 +44,16 @@ struct Run {
 }
 
 impl Run {
-    /// The greatest acceleration and braking at a speed.
-    fn accels_mm_s2(&self, speed_mm_s: f64) -> [f64; 2] {
+    /// The greatest acceleration at a speed.
+    fn speeding_up_mm_s2(&self, speed_mm_s: f64) -> f64 {
         let jerk_leaves_mm_s2 = self.piece.jerk.accel_max_mm_s2(speed_mm_s);
-        self.piece.accels_mm_s2(speed_mm_s * speed_mm_s).map(|accel| accel.min(jerk_leaves_mm_s2))
+        self.piece.speeding_up_mm_s2(speed_mm_s * speed_mm_s).min(jerk_leaves_mm_s2)
+    }
+
+    /// The greatest braking at a speed.
+    fn braking_mm_s2(&self, speed_mm_s: f64) -> f64 {
+        let jerk_leaves_mm_s2 = self.piece.jerk.accel_max_mm_s2(speed_mm_s);
+        self.piece.braking_mm_s2(speed_mm_s * speed_mm_s).min(jerk_leaves_mm_s2)
     }
 }
 

@@ -73,8 +73,8 @@ pub struct Rounding<'a> {
     runs: &'a [Run],
     /// For each lane, where the ceiling breaks next at or after its end.
     breaks_mm: Vec<f64>,
-    /// The greatest braking of the ceiling.
-    steepest_mm_s2: f64,
+    /// For each lane, the greatest braking of the ceiling up to there and just after.
+    steepest_mm_s2: Vec<f64>,
     state: State,
     follows: bool,
     lane: usize,
@@ -86,14 +86,16 @@ impl<'a> Rounding<'a> {
     /// a motion from there on that was found below another ceiling: it is kept as far as it is above.
     pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State, held: Vec<Part>) -> Rounding<'a> {
         let mut breaks_mm = vec![f64::INFINITY; lanes.len()];
+        let own_mm_s2 = |lane: &Lane| (-lane.stretch.from.accel_mm_s2).max(0.0);
+        let mut steepest_mm_s2: Vec<f64> = lanes.iter().map(own_mm_s2).collect();
         for i in (1..lanes.len()).rev() {
             let (before, after) = (&lanes[i - 1], &lanes[i]);
             let drop_mm_s2 = before.stretch.end().accel_mm_s2 - after.stretch.from.accel_mm_s2;
             let breaks = drop_mm_s2 > after.step_mm_s2(&runs[after.run].piece);
             breaks_mm[i - 1] = if breaks { before.end_mm } else { breaks_mm[i] };
+            let next_mm_s2 = if breaks { own_mm_s2(after) } else { steepest_mm_s2[i] };
+            steepest_mm_s2[i - 1] = steepest_mm_s2[i - 1].max(next_mm_s2);
         }
-        let braking = lanes.iter().map(|lane| -lane.stretch.from.accel_mm_s2);
-        let steepest_mm_s2 = braking.fold(0.0, f64::max);
         let (lane, follows, parts) = (0, false, Vec::new());
         let mut rounding =
             Rounding { lanes, runs, breaks_mm, steepest_mm_s2, state, follows, lane, parts };
@@ -165,7 +167,7 @@ impl<'a> Rounding<'a> {
             let none = Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 };
             return Offer { stretches: [rest, none], end, follows: true, ends_lane: true };
         }
-        let [accel_max_mm_s2, _] = self.runs[lane.run].accels_mm_s2(self.state.speed_mm_s);
+        let accel_max_mm_s2 = self.runs[lane.run].speeding_up_mm_s2(self.state.speed_mm_s);
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(self.state.speed_mm_s, accel_max_mm_s2);
         let climb = lane.climb(self.state, accel_max_mm_s2, jerk_mm_s3);
         Offer {
@@ -194,7 +196,7 @@ impl<'a> Rounding<'a> {
         let piece = &self.runs[self.lanes[lane].run].piece;
         let State { at_mm, speed_mm_s, accel_mm_s2 } = *state;
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
-        let turn_s = 2.0 * (accel_mm_s2.abs() + self.steepest_mm_s2) / jerk_mm_s3;
+        let turn_s = 2.0 * (accel_mm_s2.abs() + self.steepest_mm_s2[lane]) / jerk_mm_s3;
         let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
         at_mm + reach_mm < self.breaks_mm[lane]
     }
@@ -289,7 +291,7 @@ impl<'a> Rounding<'a> {
     /// How an arc goes on from a state in a lane up to a place, and where it ends, there or at rest: its
     /// braking grows with the jerk up to what the axes stand, and stays so.
     fn braking(&self, lane: &Lane, from: &State, end_mm: f64) -> ([Stretch; 2], State) {
-        let [_, down_mm_s2] = self.runs[lane.run].accels_mm_s2(from.speed_mm_s);
+        let down_mm_s2 = self.runs[lane.run].braking_mm_s2(from.speed_mm_s);
         let down_mm_s2 = down_mm_s2.max(-lane.stretch.from.accel_mm_s2);
         let from = State { accel_mm_s2: from.accel_mm_s2.max(-down_mm_s2), ..*from };
         let jerk_mm_s3 = self.jerk_mm_s3(lane, &from);
@@ -315,6 +317,17 @@ impl<'a> Rounding<'a> {
         ([grow(range_s), stay], if stops { end } else { State { at_mm: end_mm, ..end } })
     }
 
+    /// Whether a piece that begins with a lane allows less acceleration than a state has.
+    fn is_too_much(&self, lane: &Lane, state: &State) -> bool {
+        if state.accel_mm_s2 <= lane.stretch.from.accel_mm_s2.max(0.0) {
+            return false;
+        }
+        let run = &self.runs[lane.run];
+        let up_mm_s2 = run.speeding_up_mm_s2(state.speed_mm_s);
+        let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
+        state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + lane.step_mm_s2(&run.piece)
+    }
+
     fn jerk_mm_s3(&self, lane: &Lane, state: &State) -> f64 {
         self.runs[lane.run].piece.jerk.jerk_mm_s3(state.speed_mm_s, state.accel_mm_s2)
     }
@@ -333,10 +346,7 @@ impl<'a> Rounding<'a> {
             if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
                 return None;
             }
-            let [up_mm_s2, _] = self.runs[lane.run].accels_mm_s2(state.speed_mm_s);
-            let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
-            let step_mm_s2 = lane.step_mm_s2(&self.runs[lane.run].piece);
-            if entered && state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + step_mm_s2 {
+            if entered && self.is_too_much(lane, &state) {
                 return Some(Hit { at_mm: state.at_mm, is_ceiling: false });
             }
             let (stretches, end) = self.braking(lane, &state, lane.end_mm);
