@@ -304,17 +304,17 @@ impl<'a> Rounding<'a> {
             let end = State { at_mm: end_mm, ..grow.end() };
             return ([grow, Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 }], end);
         }
+        let stay = |duration_s| Stretch { from: grown, jerk_mm_s3: 0.0, duration_s };
+        if brakes_s > range_s {
+            return ([grow(range_s), stay(0.0)], grown);
+        }
         let left_mm = end_mm - grown.at_mm;
-        let speed_mm_s = grown.speed_mm_s.max(0.0);
-        let stops = brakes_s > range_s || speed_mm_s * speed_mm_s <= 2.0 * down_mm_s2 * left_mm;
-        let duration_s = match stops {
-            true if brakes_s > range_s || down_mm_s2 <= 0.0 => 0.0,
-            true => speed_mm_s / down_mm_s2,
-            false => grown.time_over_s(left_mm, 0.0, f64::INFINITY),
-        };
-        let stay = Stretch { from: grown, jerk_mm_s3: 0.0, duration_s };
-        let end = stay.end();
-        ([grow(range_s), stay], if stops { end } else { State { at_mm: end_mm, ..end } })
+        if grown.speed_sq() <= 2.0 * down_mm_s2 * left_mm {
+            let stay = stay(grown.speed_mm_s.max(0.0) / down_mm_s2.max(f64::MIN_POSITIVE));
+            return ([grow(range_s), stay], stay.end());
+        }
+        let stay = stay(grown.time_over_s(left_mm, 0.0, f64::INFINITY));
+        ([grow(range_s), stay], State { at_mm: end_mm, ..stay.end() })
     }
 
     /// Whether a piece that begins with a lane allows less acceleration than a state has.
