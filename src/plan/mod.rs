@@ -23,6 +23,7 @@ mod corner;
 mod cost;
 mod decisions;
 mod explain;
+mod hairpin;
 mod jerk;
 mod junction;
 mod lookahead;
