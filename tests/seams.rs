@@ -119,6 +119,66 @@ proptest! {
     }
 }
 
+/// Moves that turn a little or much, rapids and cuts at all feeds: length, turn, feed.
+fn wandering(machine: &Machine, moves: &[(f64, f64, Option<f64>)]) -> Vec<PathItem> {
+    let mut pen = Pen::new(machine);
+    let mut angle_rad = 0.3_f64;
+    for (length_mm, turn_rad, feed_mm_s) in moves {
+        angle_rad += turn_rad;
+        let by_mm = [length_mm * angle_rad.cos(), length_mm * angle_rad.sin(), 0.0];
+        pen.go(by_mm, *feed_mm_s);
+    }
+    pen.path
+}
+
+fn planned_s(path: &[PathItem], machine: &Machine, seams: &Seams) -> f64 {
+    let plan = plan::plan(items(path), machine, Feed::LookAhead, seams, machine.work_zero_mm);
+    let ramp_s = |planned: Result<Planned, Infallible>| match planned {
+        Ok(Planned::Profile(profile)) => profile.ramp.duration_s(),
+        _ => 0.0,
+    };
+    plan.map(ramp_s).sum()
+}
+
+/// With limits on jerk a stop is reckoned with a bound of what it takes: never below that, and no
+/// more than so many ticks above it; so buffers are never too long.
+const JERK_TICKS_OVER: f64 = 8.0;
+
+fn check_stops(path: &[PathItem], machine: &Machine) -> Result<(), TestCaseError> {
+    let seams = place(path, machine);
+    let ticks_max = machine.bus.motion_ticks_max().unwrap_or(0);
+    for (ticks, _) in buffers(path, machine, &seams) {
+        prop_assert!(ticks <= u64::from(ticks_max), "{ticks} ticks of {ticks_max}: {seams:?}");
+    }
+    let least_s = planned_s(path, machine, Seams::NONE);
+    let costs = survey(path, machine, &seams).seams;
+    prop_assert_eq!(costs.len(), seams.iter().count());
+    for (seam, cost) in seams.iter().zip(costs) {
+        let stopped_s = planned_s(path, machine, &[*seam].into_iter().collect());
+        let over = (cost.ramps_s - (stopped_s - least_s)) / machine.bus.tick_s();
+        println!("OVER {over} {:?}", seam.kind);
+        prop_assert!((-0.01..JERK_TICKS_OVER).contains(&over), "{over} ticks: {seam:?}");
+    }
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn stops_with_jerk_take_no_more_than_is_reckoned(
+        moves in proptest::collection::vec(
+            (0.05..1.5_f64, -0.5..0.5_f64, prop_oneof![Just(None), (1.0..25.0_f64).prop_map(Some)]),
+            10..150,
+        ),
+        chopped in 1.0..12.0_f64,
+    ) {
+        let mut machine = Machine::load("starmill").unwrap();
+        machine.bus.buffer_ticks = 100;
+        check_stops(&wandering(&machine, &moves), &machine)?;
+        let chords: Vec<_> = moves.iter().map(|(way, turn, _)| (way / chopped, turn / chopped, Some(20.0))).collect();
+        check_stops(&wandering(&machine, &chords), &machine)?;
+    }
+}
+
 /// A finishing program: strokes of less than ten seconds, chopped as CAM does, each with a
 /// retract, a rapid back and a plunge.
 fn strokes(machine: &Machine, hours: f64) -> Vec<PathItem> {

@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use crate::base::{Axis, AxisSet, Machine};
 use crate::path::{Curve, Segment};
 
-use super::Feed;
+use super::{Feed, Ramp};
 use super::lookahead::Decided;
 use super::piece::Piece;
 use super::schedule::accel_max_mm_s2;
@@ -29,6 +29,10 @@ const APART_TICKS: f64 = 4.0;
 
 /// Blocks that take less than this share of a buffer have no place inside.
 const LONG_SHARE: f64 = 0.4;
+
+/// Where a ramp meets the plan, the acceleration changes by twice the greatest at most; half of the time
+/// that takes lies beyond, and half a rise more, for with jerk they meet later.
+const ROUNDED_RISES: f64 = 1.5;
 
 /// A place where a buffer may end.
 #[derive(Clone, Debug)]
@@ -57,8 +61,19 @@ pub struct Place {
     pub stretch: u64,
     /// Stops up to it that may wait for a tick's boundary.
     pub waits: u64,
-    /// Square of the speed that is reached from rest there, until it is that of the plan.
-    pub catching_up_sq: Option<f64>,
+    /// Speeding up again from a stop there, until what it takes is known.
+    pub catching_up: Option<CatchingUp>,
+}
+
+/// Speeding up from rest to the speed of the plan.
+#[derive(Clone, Copy, Debug)]
+pub struct CatchingUp {
+    /// Square of the speed reached so far; infinite once it is that of the plan.
+    speed_sq: f64,
+    /// Ticks of the plan whose acceleration counts from then on.
+    left_ticks: f64,
+    /// The most that jerk adds.
+    jerk_ticks: f64,
 }
 
 impl Place {
@@ -77,7 +92,7 @@ impl Place {
             moving: AxisSet::EMPTY,
             stretch: 0,
             waits: 0,
-            catching_up_sq: None,
+            catching_up: None,
         }
     }
 
@@ -98,8 +113,8 @@ pub struct Places {
     ticks_max: f64,
     corner_mm: f64,
     accel_max_mm_s2: f64,
-    /// Ticks that jerk adds to a ramp, at most.
-    jerk_ticks: f64,
+    /// Ticks in which jerk lets an acceleration grow to its greatest: of the slowest axis.
+    rise_ticks: f64,
     /// Pieces that braking for a place may reach back to.
     behind: VecDeque<Run>,
     /// Places in order, waiting for what speeding up again takes.
@@ -122,7 +137,12 @@ pub struct Places {
 struct Run {
     piece: Piece,
     ends_sq: [f64; 2],
+    /// Ticks that constant accelerations take between these speeds.
     ticks: f64,
+    /// Ticks that the plan takes.
+    planned_ticks: f64,
+    /// What jerk adds to braking, or to speeding up, where this is the steepest of the plan.
+    jerk_ticks: [f64; 2],
 }
 
 /// A segment whose end may be a place, once it is known what follows.
@@ -141,7 +161,7 @@ impl Places {
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
             accel_max_mm_s2: accel_max_mm_s2(machine),
-            jerk_ticks: jerk_s(machine) / machine.bus.tick_s(),
+            rise_ticks: rise_s(machine) / machine.bus.tick_s(),
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
@@ -178,7 +198,7 @@ impl Places {
                 if piece.shares[0] == 0.0 {
                     self.end_block(piece.segment.feed_mm_s.is_none());
                 }
-                self.run(piece, ends_mm_s, ramp.duration_s() / self.tick_s);
+                self.run(piece, ends_mm_s, &ramp);
             }
         }
     }
@@ -194,7 +214,7 @@ impl Places {
         match self.places.front() {
             // The last one may turn out to be one where a person waits.
             Some(place)
-                if place.catching_up_sq.is_none()
+                if place.catching_up.is_none()
                     && (self.finished || self.places.len() > 1 || !self.moving.is_empty()) =>
             {
                 self.places.pop_front()
@@ -205,20 +225,24 @@ impl Places {
 
     /// What stops add is found with constant accelerations, and so compared; what jerk adds to that has
     /// a bound of its own.
-    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], planned_ticks: f64) {
+    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: &Ramp) {
         let ends_sq = ends_mm_s.map(|speed| speed * speed);
-        let ticks = match self.jerk_ticks > 0.0 {
-            true => piece.ramp(ends_mm_s).duration_s() / self.tick_s,
-            false => planned_ticks,
+        let planned_ticks = ramp.duration_s() / self.tick_s;
+        let (ticks, jerk_ticks) = if self.rise_ticks > 0.0 {
+            let ticks = piece.ramp(ends_mm_s).duration_s() / self.tick_s;
+            (ticks, jerk_s(&piece, ramp).map(|jerk_s| jerk_s / self.tick_s))
+        } else {
+            (planned_ticks, [0.0; 2])
         };
-        self.catch_up(&piece, ends_sq, ticks);
-        self.line = piece.segment.line;
+        let run = Run { piece, ends_sq, ticks, planned_ticks, jerk_ticks };
+        self.catch_up(&run);
+        self.line = run.piece.segment.line;
         self.at_ticks += planned_ticks;
-        self.moving = self.moving.union(moving(&piece.segment));
-        let (is_end, rests) = (piece.shares[1] == 1.0, ends_sq[1] == 0.0);
-        let is_rapid = piece.segment.feed_mm_s.is_none();
-        let (share, takes_long) = (piece.shares[1], self.takes_long(&piece));
-        self.behind.push_back(Run { piece, ends_sq, ticks });
+        self.moving = self.moving.union(moving(&run.piece.segment));
+        let (is_end, rests) = (run.piece.shares[1] == 1.0, ends_sq[1] == 0.0);
+        let is_rapid = run.piece.segment.feed_mm_s.is_none();
+        let (share, takes_long) = (run.piece.shares[1], self.takes_long(&run.piece));
+        self.behind.push_back(run);
         if is_end {
             self.ended = Some(EndedBlock { is_rapid, rests });
         } else if is_rapid || takes_long {
@@ -259,8 +283,7 @@ impl Places {
         if !rests && self.at_ticks < last_at_ticks + APART_TICKS {
             return;
         }
-        let jerk_ticks = if stops { 0.0 } else { self.jerk_ticks };
-        let before_ticks = if stops { 0.0 } else { self.braking_ticks() + jerk_ticks };
+        let before_ticks = if stops { 0.0 } else { self.braking_ticks() };
         if stops {
             self.behind.clear();
         }
@@ -274,11 +297,15 @@ impl Places {
             is_forced: false,
             at_ticks: self.at_ticks,
             before_ticks,
-            after_ticks: jerk_ticks,
+            after_ticks: 0.0,
             moving: std::mem::replace(&mut self.moving, AxisSet::EMPTY),
             stretch: self.stretch,
             waits: self.waits,
-            catching_up_sq: (!stops).then_some(0.0),
+            catching_up: (!stops).then(|| CatchingUp {
+                speed_sq: 0.0,
+                left_ticks: ROUNDED_RISES * self.rise_ticks,
+                jerk_ticks: 0.0,
+            }),
         });
     }
 
@@ -298,44 +325,85 @@ impl Places {
     /// What braking from the plan's speed to rest here takes beyond the plan. What is too far
     /// back for any later place is forgotten.
     fn braking_ticks(&mut self) -> f64 {
-        let (mut exit_sq, mut extra_ticks) = (0.0_f64, 0.0);
+        let (mut exit_sq, mut extra_ticks, mut jerk_ticks) = (0.0_f64, 0.0, 0.0_f64);
+        let mut left_ticks = ROUNDED_RISES * self.rise_ticks;
+        let mut is_met = false;
         let mut reached = 0;
         for (i, run) in self.behind.iter().enumerate().rev() {
-            let entry_sq = run.piece.entry_sq_max(exit_sq).min(run.ends_sq[0]);
-            let ends_mm_s = [entry_sq.sqrt(), exit_sq.sqrt()];
-            extra_ticks += run.piece.ramp(ends_mm_s).duration_s() / self.tick_s - run.ticks;
-            exit_sq = entry_sq;
-            if entry_sq >= run.ends_sq[0] {
+            jerk_ticks = jerk_ticks.max(run.jerk_ticks[0]);
+            if is_met {
+                left_ticks -= run.planned_ticks;
+            } else {
+                let entry_sq = run.piece.entry_sq_max(exit_sq).min(run.ends_sq[0]);
+                let ends_mm_s = [entry_sq.sqrt(), exit_sq.sqrt()];
+                extra_ticks += run.piece.ramp(ends_mm_s).duration_s() / self.tick_s - run.ticks;
+                exit_sq = entry_sq;
+                is_met = entry_sq >= run.ends_sq[0];
+            }
+            if is_met && left_ticks <= 0.0 {
                 reached = i;
                 break;
             }
         }
         self.behind.drain(..reached);
-        extra_ticks
+        extra_ticks + jerk_ticks
     }
 
     /// Places behind this piece speed up from rest along it, as far as they have not caught up
     /// with the plan.
-    fn catch_up(&mut self, piece: &Piece, ends_sq: [f64; 2], ticks: f64) {
+    fn catch_up(&mut self, run: &Run) {
+        let ends_sq = run.ends_sq;
         for place in self.places.iter_mut().rev() {
-            let Some(entry_sq) = place.catching_up_sq else { break };
-            let exit_sq = piece.exit_sq_max(entry_sq).min(ends_sq[1]);
-            let ends_mm_s = [entry_sq.sqrt(), exit_sq.sqrt()];
-            place.after_ticks += piece.ramp(ends_mm_s).duration_s() / self.tick_s - ticks;
-            place.catching_up_sq = (exit_sq < ends_sq[1]).then_some(exit_sq);
+            let Some(up) = &mut place.catching_up else { break };
+            up.jerk_ticks = up.jerk_ticks.max(run.jerk_ticks[1]);
+            if up.speed_sq < f64::INFINITY {
+                let exit_sq = run.piece.exit_sq_max(up.speed_sq).min(ends_sq[1]);
+                let ends_mm_s = [up.speed_sq.sqrt(), exit_sq.sqrt()];
+                let ticks = run.piece.ramp(ends_mm_s).duration_s() / self.tick_s;
+                place.after_ticks += ticks - run.ticks;
+                up.speed_sq = if exit_sq < ends_sq[1] { exit_sq } else { f64::INFINITY };
+            } else {
+                up.left_ticks -= run.planned_ticks;
+            }
+            if (up.speed_sq == f64::INFINITY && up.left_ticks <= 0.0) || ends_sq[1] == 0.0 {
+                place.after_ticks += up.jerk_ticks;
+                place.catching_up = None;
+            }
         }
     }
 }
 
-/// What jerk adds to the time of a ramp, at most. A change of acceleration by ΔA takes ΔA/J, half of
-/// which is lost against a step; on the way to a stop and from it there are two such changes, of
-/// twice the greatest acceleration where the plan was about to speed up.
-fn jerk_s(machine: &Machine) -> f64 {
+/// How long jerk lets an acceleration grow to its greatest, at most.
+fn rise_s(machine: &Machine) -> f64 {
     let rises = machine
         .axes
         .iter()
         .filter_map(|axis| axis.jerk_max_mm_s3.map(|jerk_mm_s3| axis.accel_max_mm_s2 / jerk_mm_s3));
-    2.0 * rises.fold(0.0, f64::max)
+    rises.fold(0.0, f64::max)
+}
+
+/// What jerk adds to braking from a piece as it is planned, and to speeding up to it, at most. At
+/// rest half of A/J is lost against steps of acceleration; where a ramp of A and the plan with an
+/// acceleration a away from it meet, what rounding both takes is the rest of
+///
+/// ```text
+/// (A + a)²/(4·A·J) + A/(4·J)
+/// ```
+///
+/// which is exact where the plan is steady, and its speed A²/J or more: the A/(2·J) of a double S.
+fn jerk_s(piece: &Piece, ramp: &Ramp) -> [f64; 2] {
+    let speed_mm_s = ramp.peak_mm_s();
+    let most_mm_s2 = piece.accel_max_mm_s2();
+    let accel_mm_s2 = most_mm_s2.min(piece.jerk.accel_max_mm_s2(speed_mm_s));
+    let rise_s = accel_mm_s2 / piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
+    let steepest = |sign: f64| {
+        let ends = ramp.stretches(0.0).flat_map(|stretch| [stretch.from, stretch.end()]);
+        ends.map(|state| sign * state.accel_mm_s2).fold(0.0, f64::max)
+    };
+    [1.0, -1.0].map(|sign| {
+        let share = 1.0 + (steepest(sign) / accel_mm_s2).min(1.0);
+        0.25 * rise_s * (share * share + 1.0)
+    })
 }
 
 /// The axes that move along a segment.
