@@ -29,6 +29,7 @@ mod lookahead;
 mod piece;
 mod places;
 mod ramp;
+mod rounding;
 mod schedule;
 mod seams;
 mod source;

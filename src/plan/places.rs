@@ -20,6 +20,7 @@ use crate::path::{Curve, Segment};
 use super::{Feed, Ramp};
 use super::lookahead::Decided;
 use super::piece::Piece;
+use super::rounding::Rounding;
 use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
 
@@ -72,8 +73,9 @@ pub struct CatchingUp {
     speed_sq: f64,
     /// Ticks of the plan whose acceleration counts from then on.
     left_ticks: f64,
-    /// The most that jerk adds.
-    jerk_ticks: f64,
+    /// Square of the plan's speed where it is reached.
+    met_sq: f64,
+    rounding: Rounding,
 }
 
 impl Place {
@@ -141,8 +143,8 @@ struct Run {
     ticks: f64,
     /// Ticks that the plan takes.
     planned_ticks: f64,
-    /// What jerk adds to braking, or to speeding up, where this is the steepest of the plan.
-    jerk_ticks: [f64; 2],
+    /// What its jerk makes of braking from it, and of speeding up to it.
+    rounding: [Rounding; 2],
 }
 
 /// A segment whose end may be a place, once it is known what follows.
@@ -228,13 +230,13 @@ impl Places {
     fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: &Ramp) {
         let ends_sq = ends_mm_s.map(|speed| speed * speed);
         let planned_ticks = ramp.duration_s() / self.tick_s;
-        let (ticks, jerk_ticks) = if self.rise_ticks > 0.0 {
+        let (ticks, rounding) = if self.rise_ticks > 0.0 {
             let ticks = piece.ramp(ends_mm_s).duration_s() / self.tick_s;
-            (ticks, jerk_s(&piece, ramp).map(|jerk_s| jerk_s / self.tick_s))
+            (ticks, Rounding::of(&piece, ramp))
         } else {
-            (planned_ticks, [0.0; 2])
+            (planned_ticks, [Rounding::NONE; 2])
         };
-        let run = Run { piece, ends_sq, ticks, planned_ticks, jerk_ticks };
+        let run = Run { piece, ends_sq, ticks, planned_ticks, rounding };
         self.catch_up(&run);
         self.line = run.piece.segment.line;
         self.at_ticks += planned_ticks;
@@ -304,7 +306,8 @@ impl Places {
             catching_up: (!stops).then(|| CatchingUp {
                 speed_sq: 0.0,
                 left_ticks: ROUNDED_RISES * self.rise_ticks,
-                jerk_ticks: 0.0,
+                met_sq: 0.0,
+                rounding: Rounding::NONE,
             }),
         });
     }
@@ -325,12 +328,12 @@ impl Places {
     /// What braking from the plan's speed to rest here takes beyond the plan. What is too far
     /// back for any later place is forgotten.
     fn braking_ticks(&mut self) -> f64 {
-        let (mut exit_sq, mut extra_ticks, mut jerk_ticks) = (0.0_f64, 0.0, 0.0_f64);
+        let (mut exit_sq, mut extra_ticks, mut rounding) = (0.0_f64, 0.0, Rounding::NONE);
         let mut left_ticks = ROUNDED_RISES * self.rise_ticks;
         let mut is_met = false;
         let mut reached = 0;
         for (i, run) in self.behind.iter().enumerate().rev() {
-            jerk_ticks = jerk_ticks.max(run.jerk_ticks[0]);
+            rounding = rounding.and(run.rounding[0]);
             if is_met {
                 left_ticks -= run.planned_ticks;
             } else {
@@ -346,7 +349,7 @@ impl Places {
             }
         }
         self.behind.drain(..reached);
-        extra_ticks + jerk_ticks
+        extra_ticks + rounding.more_s(exit_sq.sqrt()) / self.tick_s
     }
 
     /// Places behind this piece speed up from rest along it, as far as they have not caught up
@@ -355,18 +358,19 @@ impl Places {
         let ends_sq = run.ends_sq;
         for place in self.places.iter_mut().rev() {
             let Some(up) = &mut place.catching_up else { break };
-            up.jerk_ticks = up.jerk_ticks.max(run.jerk_ticks[1]);
+            up.rounding = up.rounding.and(run.rounding[1]);
             if up.speed_sq < f64::INFINITY {
                 let exit_sq = run.piece.exit_sq_max(up.speed_sq).min(ends_sq[1]);
                 let ends_mm_s = [up.speed_sq.sqrt(), exit_sq.sqrt()];
                 let ticks = run.piece.ramp(ends_mm_s).duration_s() / self.tick_s;
                 place.after_ticks += ticks - run.ticks;
+                up.met_sq = exit_sq;
                 up.speed_sq = if exit_sq < ends_sq[1] { exit_sq } else { f64::INFINITY };
             } else {
                 up.left_ticks -= run.planned_ticks;
             }
             if (up.speed_sq == f64::INFINITY && up.left_ticks <= 0.0) || ends_sq[1] == 0.0 {
-                place.after_ticks += up.jerk_ticks;
+                place.after_ticks += up.rounding.more_s(up.met_sq.sqrt()) / self.tick_s;
                 place.catching_up = None;
             }
         }
@@ -380,30 +384,6 @@ fn rise_s(machine: &Machine) -> f64 {
         .iter()
         .filter_map(|axis| axis.jerk_max_mm_s3.map(|jerk_mm_s3| axis.accel_max_mm_s2 / jerk_mm_s3));
     rises.fold(0.0, f64::max)
-}
-
-/// What jerk adds to braking from a piece as it is planned, and to speeding up to it, at most. At
-/// rest half of A/J is lost against steps of acceleration; where a ramp of A and the plan with an
-/// acceleration a away from it meet, what rounding both takes is the rest of
-///
-/// ```text
-/// (A + a)²/(4·A·J) + A/(4·J)
-/// ```
-///
-/// which is exact where the plan is steady, and its speed A²/J or more: the A/(2·J) of a double S.
-fn jerk_s(piece: &Piece, ramp: &Ramp) -> [f64; 2] {
-    let speed_mm_s = ramp.peak_mm_s();
-    let most_mm_s2 = piece.accel_max_mm_s2();
-    let accel_mm_s2 = most_mm_s2.min(piece.jerk.accel_max_mm_s2(speed_mm_s));
-    let rise_s = accel_mm_s2 / piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
-    let steepest = |sign: f64| {
-        let ends = ramp.stretches(0.0).flat_map(|stretch| [stretch.from, stretch.end()]);
-        ends.map(|state| sign * state.accel_mm_s2).fold(0.0, f64::max)
-    };
-    [1.0, -1.0].map(|sign| {
-        let share = 1.0 + (steepest(sign) / accel_mm_s2).min(1.0);
-        0.25 * rise_s * (share * share + 1.0)
-    })
 }
 
 /// The axes that move along a segment.
