@@ -17,12 +17,12 @@ use std::collections::VecDeque;
 use crate::base::{Axis, AxisSet, Machine};
 use crate::path::{Curve, Segment};
 
-use super::{Feed, Ramp};
 use super::lookahead::Decided;
 use super::piece::Piece;
 use super::rounding::Rounding;
 use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
+use super::{Feed, Ramp};
 
 /// Places that lie closer behind another that is as good are left out, but for those where motion
 /// rests: at 4 ticks a buffer has still 374 to choose from.
@@ -152,6 +152,18 @@ struct Run {
 struct EndedBlock {
     is_rapid: bool,
     rests: bool,
+}
+
+impl Run {
+    /// Ticks of the plan on it beyond where a ramp between these speeds meets it, at least: the plan
+    /// is through with the ramp's way before the ramp is.
+    fn beyond_ticks(&self, [entry_mm_s, exit_mm_s]: [f64; 2], tick_s: f64) -> f64 {
+        if !self.piece.is_straight() {
+            return 0.0;
+        }
+        let ramp_s = (exit_mm_s - entry_mm_s).abs() / self.piece.accel_max_mm_s2();
+        (self.planned_ticks - ramp_s / tick_s).max(0.0)
+    }
 }
 
 impl Places {
@@ -342,6 +354,9 @@ impl Places {
                 extra_ticks += run.piece.ramp(ends_mm_s).duration_s() / self.tick_s - run.ticks;
                 exit_sq = entry_sq;
                 is_met = entry_sq >= run.ends_sq[0];
+                if is_met {
+                    left_ticks -= run.beyond_ticks(ends_mm_s, self.tick_s);
+                }
             }
             if is_met && left_ticks <= 0.0 {
                 reached = i;
@@ -365,7 +380,12 @@ impl Places {
                 let ticks = run.piece.ramp(ends_mm_s).duration_s() / self.tick_s;
                 place.after_ticks += ticks - run.ticks;
                 up.met_sq = exit_sq;
-                up.speed_sq = if exit_sq < ends_sq[1] { exit_sq } else { f64::INFINITY };
+                if exit_sq < ends_sq[1] {
+                    up.speed_sq = exit_sq;
+                } else {
+                    up.speed_sq = f64::INFINITY;
+                    up.left_ticks -= run.beyond_ticks(ends_mm_s, self.tick_s);
+                }
             } else {
                 up.left_ticks -= run.planned_ticks;
             }

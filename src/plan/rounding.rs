@@ -13,6 +13,10 @@
 use super::Ramp;
 use super::piece::Piece;
 
+/// Along a bent piece the acceleration is constant, and grows from piece to piece: as with this share
+/// of the jerk, at least.
+const BENT_SHARE: f64 = 0.5;
+
 /// The greatest acceleration and the least jerk on the way of a ramp, and how steep the plan is.
 #[derive(Clone, Copy, Debug)]
 pub struct Rounding {
@@ -31,7 +35,8 @@ impl Rounding {
         let speed_mm_s = ramp.peak_mm_s();
         let jerk_leaves_mm_s2 = piece.jerk.accel_max_mm_s2(speed_mm_s);
         let accel_mm_s2 = piece.accel_max_mm_s2().min(jerk_leaves_mm_s2);
-        let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
+        let share = if piece.is_straight() { 1.0 } else { BENT_SHARE };
+        let jerk_mm_s3 = share * piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
         [1.0, -1.0].map(|sign| {
             let ends = ramp.stretches(0.0).flat_map(|stretch| [stretch.from, stretch.end()]);
             let steepest_mm_s2 = ends.map(|state| sign * state.accel_mm_s2).fold(0.0, f64::max);
@@ -56,19 +61,23 @@ impl Rounding {
     /// ((B + a)³ - B³)/(24·J²·v)      more for an arc between slopes of a and -B than of 0 and -B
     /// ```
     ///
-    /// An arc of jerk J between slopes that differ by c lies below their corner by c³/(24·J²) of way.
+    /// An arc of jerk J between slopes that differ by c lies below their corner by c³/(24·J²) of way. Where
+    /// the ramp begins at rest, or reaches A late, it is (A/4J)·((1 + a/A)² + 1) at most.
     pub fn more_s(&self, speed_mm_s: f64) -> f64 {
         let Rounding { accel_mm_s2, jerk_mm_s3, steepest_mm_s2 } = *self;
-        if speed_mm_s <= 0.0 || accel_mm_s2 <= 0.0 {
+        if accel_mm_s2 <= 0.0 {
             return 0.0;
+        }
+        let share = 1.0 + (steepest_mm_s2 / accel_mm_s2).min(1.0);
+        let most_s = 0.25 * accel_mm_s2 / jerk_mm_s3 * (share * share + 1.0);
+        if speed_mm_s <= 0.0 {
+            return most_s;
         }
         let reached_mm_s2 = accel_mm_s2.min((jerk_mm_s3 * speed_mm_s).sqrt());
         let double_s = 0.5
             * (speed_mm_s / reached_mm_s2 + reached_mm_s2 / jerk_mm_s3 - speed_mm_s / accel_mm_s2);
         let cubes = (reached_mm_s2 + steepest_mm_s2).powi(3) - reached_mm_s2.powi(3);
         let arc_s = cubes / (24.0 * jerk_mm_s3 * jerk_mm_s3 * speed_mm_s);
-        let share = 1.0 + (steepest_mm_s2 / accel_mm_s2).min(1.0);
-        let most_s = 0.25 * accel_mm_s2 / jerk_mm_s3 * (share * share + 1.0);
         (double_s + arc_s).min(most_s)
     }
 }
