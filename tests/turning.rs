@@ -78,80 +78,82 @@ fn lathe_programs_are_refused_at_the_right_word() {
             .iter()
             .map(|found| format!("{} {}:{}", found.rule, found.span.line, found.column()))
             .collect();
-        assert_eq!(found, expected, "{text}");
+        assert_eq!(found, *expected, "{text}");
     }
 }
 
-/// Where single words of lathe programs lead: X (machine coordinates, a radius) and Z, feeds.
+/// Lathe programs, and where they lead: X (machine coordinates, a radius) and Z, feeds.
+const WAYS: &[(&str, &[&str])] = &[
+    ("G0 X10 Z5\nU-2 W3\nM30", &["5 5", "4 8"]),
+    ("G50 X20 Z4\nG0 X0 Z0\nM30", &["-10 -4"]),
+    ("G98 G0 X10\nG1 U2 F60\nX20 W-1\nM30", &["5 0", "6 0 60", "10 -1 60"]),
+    // 100 m/min at diameter 20, where the move begins, and at most 500 a minute.
+    ("G96 S100 M3 F.1\nG0 X20\nG1 X10\nM30", &["10 0", "5 0 159.155"]),
+    ("G50 S500\nG96 S100 M3 F.1\nG1 X2\nM30", &["1 0 50"]),
+    // A lead of 2 along Z, cut at 45 degrees.
+    ("S100 M3\nG32 X4 Z-2 F2\nM30", &["2 -2 282.843"]),
+    (
+        "S100 M3 F.1\nG0 X20 Z1\nG90 X16 Z-4\nX12\nM30",
+        &["10 1", "8 1", "8 -4 10", "10 -4 10", "10 1", "6 1", "6 -4 10", "10 -4 10", "10 1"],
+    ),
+    (
+        "S100 M3 F.1\nG0 X20 Z1\nG94 X8 Z-2 R-1\nM30",
+        &["10 1", "10 -3", "4 -2 10", "4 1 10", "10 1"],
+    ),
+    // What has a point is no thousandth; the first column has no relief.
+    (
+        "S100 M3 F.1\nG0 X10 Z0\nG75 R.5\nG75 X6 Z-1 P1.5 Q1000 R.2\nM30",
+        &[
+            "5 0",
+            "3.5 0 10",
+            "4 0",
+            "3 0 10",
+            "5 0",
+            "5 -1",
+            "3.5 -1 10",
+            "4 -1",
+            "3 -1 10",
+            "3 -0.8",
+            "5 -0.8",
+            "5 0",
+        ],
+    ),
+    // A cycle ends where it began; a contour that lies behind is no loop.
+    (
+        "S100 M3 F.1\nG0 X10 Z1\nG71 P1 Q2 D9000\nN1 G0 X4\nN2 G1 Z-3\nG73 P1 Q2 D1\nM30",
+        &["5 1", "2 1", "2 -3 10", "5 1", "2 1", "2 -3 10", "5 1"],
+    ),
+    (
+        "S100 M3 F.1\nG0 Z5\nG83 X8 W-3 R-2\nX4 K2\nG80 G0 X0\nM30",
+        &[
+            "0 5", "4 5", "4 3", "4 0 10", "4 3", "4 5", "2 5", "2 3", "2 0 10", "2 3", "2 5",
+            "2 3", "2 0 10", "2 3", "2 5", "0 5",
+        ],
+    ),
+    (
+        "S100 M3 F.1\nG0 X10 Z0\nG72 W2 R1\nG72 P1 Q2 U0 W0\nN1 G0 Z-3\nN2 G1 X4 Z0\nM30",
+        &["5 0", "5 -2", "4 -2 10", "5 -1 10", "5 -3", "2 0 10", "5 0"],
+    ),
+    (
+        "S100 M3 F.1\nG0 X10 Z1\nG73 U2 W1 R2\nG73 P1 Q2 U1 W0\nN1 G0 X4\nN2 G1 Z-3\nM30",
+        &[
+            "5 1",
+            "7.5 2",
+            "4.5 2",
+            "4.5 -2 10",
+            "7.5 2",
+            "5.5 1",
+            "2.5 1",
+            "2.5 -3 10",
+            "5.5 1",
+            "5 1",
+        ],
+    ),
+];
+
 #[test]
 fn lathe_programs_lead_where_they_say() {
-    for (text, expected) in [
-        ("G0 X10 Z5\nU-2 W3\nM30", &["5 5", "4 8"][..]),
-        ("G50 X20 Z4\nG0 X0 Z0\nM30", &["-10 -4"]),
-        ("G98 G0 X10\nG1 U2 F60\nX20 W-1\nM30", &["5 0", "6 0 60", "10 -1 60"]),
-        // 100 m/min at diameter 20, where the move begins, and at most 500 a minute.
-        ("G96 S100 M3 F.1\nG0 X20\nG1 X10\nM30", &["10 0", "5 0 159.155"]),
-        ("G50 S500\nG96 S100 M3 F.1\nG1 X2\nM30", &["1 0 50"]),
-        // A lead of 2 along Z, cut at 45 degrees.
-        ("S100 M3\nG32 X4 Z-2 F2\nM30", &["2 -2 282.843"]),
-        (
-            "S100 M3 F.1\nG0 X20 Z1\nG90 X16 Z-4\nX12\nM30",
-            &["10 1", "8 1", "8 -4 10", "10 -4 10", "10 1", "6 1", "6 -4 10", "10 -4 10", "10 1"],
-        ),
-        (
-            "S100 M3 F.1\nG0 X20 Z1\nG94 X8 Z-2 R-1\nM30",
-            &["10 1", "10 -3", "4 -2 10", "4 1 10", "10 1"],
-        ),
-        // What has a point is no thousandth; the first column has no relief.
-        (
-            "S100 M3 F.1\nG0 X10 Z0\nG75 R.5\nG75 X6 Z-1 P1.5 Q1000 R.2\nM30",
-            &[
-                "5 0",
-                "3.5 0 10",
-                "4 0",
-                "3 0 10",
-                "5 0",
-                "5 -1",
-                "3.5 -1 10",
-                "4 -1",
-                "3 -1 10",
-                "3 -0.8",
-                "5 -0.8",
-                "5 0",
-            ],
-        ),
-        // A cycle ends where it began; a contour that lies behind is no loop.
-        (
-            "S100 M3 F.1\nG0 X10 Z1\nG71 P1 Q2 D9000\nN1 G0 X4\nN2 G1 Z-3\nG73 P1 Q2 D1\nM30",
-            &["5 1", "2 1", "2 -3 10", "5 1", "2 1", "2 -3 10", "5 1"],
-        ),
-        (
-            "S100 M3 F.1\nG0 Z5\nG83 X8 W-3 R-2\nX4 K2\nG80 G0 X0\nM30",
-            &[
-                "0 5", "4 5", "4 3", "4 0 10", "4 3", "4 5", "2 5", "2 3", "2 0 10", "2 3", "2 5",
-                "2 3", "2 0 10", "2 3", "2 5", "0 5",
-            ],
-        ),
-        (
-            "S100 M3 F.1\nG0 X10 Z0\nG72 W2 R1\nG72 P1 Q2 U0 W0\nN1 G0 Z-3\nN2 G1 X4 Z0\nM30",
-            &["5 0", "5 -2", "4 -2 10", "5 -1 10", "5 -3", "2 0 10", "5 0"],
-        ),
-        (
-            "S100 M3 F.1\nG0 X10 Z1\nG73 U2 W1 R2\nG73 P1 Q2 U1 W0\nN1 G0 X4\nN2 G1 Z-3\nM30",
-            &[
-                "5 1",
-                "7.5 2",
-                "4.5 2",
-                "4.5 -2 10",
-                "7.5 2",
-                "5.5 1",
-                "2.5 1",
-                "2.5 -3 10",
-                "5.5 1",
-                "5 1",
-            ],
-        ),
-    ] {
+    for (text, expected) in WAYS {
         let source = Source::memory("test.nc", text.as_bytes());
         let options = Options { dialect: Dialect::FanucLathe, ..Options::default() };
         let machine = ideal();
@@ -168,7 +170,7 @@ fn lathe_programs_lead_where_they_say() {
             };
             found.push(format!("{} {}{feed}", round(step.to[Axis::X]), round(step.to[Axis::Z])));
         }
-        assert_eq!(found, expected, "{text}");
+        assert_eq!(found, *expected, "{text}");
     }
 }
 

@@ -58,14 +58,14 @@ fn dump(machine: &str, encoding: Encoding) -> Vec<u8> {
     let machine = Machine::load(machine).unwrap();
     let source = Source::memory("p.nc", PROGRAM.as_bytes());
     let options = interp::Options::default();
-    let checked = interp::check(&source, &machine, &options, 10).unwrap();
+    let (checked, sha256) = interp::check_and_hash(&source, &machine, &options, 10).unwrap();
     assert_eq!(checked.diagnostics, []);
     let segments = path::segments(interp::motions(&source, &machine, &options), &machine);
     let start_mm = machine.work_zero_mm;
     let plan = plan::plan(segments, &machine, Feed::ExactStop, Seams::NONE, start_mm);
     let header = Header {
         tool: "cnc".to_owned(),
-        program: Origin { name: "p.nc".to_owned(), sha256: checked.sha256 },
+        program: Origin { name: "p.nc".to_owned(), sha256 },
         inputs: Vec::new(),
         options: vec![("dialect".to_owned(), "iso".to_owned())],
         machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },

@@ -60,8 +60,6 @@ pub struct Checked {
     pub errors: u64,
     /// All warnings there are.
     pub warnings: u64,
-    /// SHA-256 of the text.
-    pub sha256: [u8; 32],
     /// Further files that were read for subprograms, and the SHA-256 of each.
     pub inputs: Vec<(String, [u8; 32])>,
     /// What the program says to the operator: at most so much as asked for of diagnostics.
@@ -83,9 +81,34 @@ pub fn check(
     options: &Options,
     max_diagnostics: usize,
 ) -> io::Result<Checked> {
-    let mut run = Run::new(source, machine, options, max_diagnostics);
+    let run = judged(source, machine, options, max_diagnostics);
+    Ok(run_whole(run, machine)?.0)
+}
+
+/// The same, with the SHA-256 of the very text that was checked.
+///
+/// # Errors
+/// As for [`check`].
+pub fn check_and_hash(
+    source: &Source,
+    machine: &Machine,
+    options: &Options,
+    max_diagnostics: usize,
+) -> io::Result<(Checked, [u8; 32])> {
+    let mut run = judged(source, machine, options, max_diagnostics);
     run.lines = Lines::new(HashedReader::new(source), 0, 1);
+    let (checked, text) = run_whole(run, machine)?;
+    Ok((checked, text.sha256()?))
+}
+
+/// A run whose moves are held against the machine's travel.
+fn judged<'a>(source: &Source, machine: &'a Machine, options: &Options, max: usize) -> Run<'a> {
+    let mut run = Run::new(source, machine, options, max);
     run.engine.travel = Some(Travel::new(machine, options.ignore_travel));
+    run
+}
+
+fn run_whole(mut run: Run<'_>, machine: &Machine) -> io::Result<(Checked, HashedReader)> {
     let mut summary = Summary { start_mm: run.engine.executor.position_mm(), ..Summary::default() };
     let mut motions = Vec::new();
     while run.step(&mut motions)? {
@@ -122,22 +145,21 @@ pub fn check(
     run.engine.plunges.report(summary.axes_used, &mut run.engine.findings);
     let hashes = run.library.inputs.list.iter();
     let inputs = hashes.map(|input| (input.source.name().to_owned(), input.sha256)).collect();
-    let sha256 = run.lines.into_reader().sha256()?;
     let mut diagnostics = run.engine.findings.list;
     diagnostics.sort_by(|a, b| {
         let key = |found: &Diagnostic| (found.span.line, found.span.start);
         a.file.cmp(&b.file).then(key(a).cmp(&key(b)))
     });
-    Ok(Checked {
+    let checked = Checked {
         diagnostics,
         errors: run.engine.findings.errors,
         warnings: run.engine.findings.warnings,
-        sha256,
         inputs,
         said: run.engine.said,
         messages: run.engine.findings.messages,
         summary,
-    })
+    };
+    Ok((checked, run.lines.into_reader()))
 }
 
 /// Checks the words of what follows the main program: subprograms that are never called have

@@ -14,7 +14,7 @@
 //! cut at the lower one of the feeds beside it.
 
 use crate::base::{Axis, Point};
-use crate::gcode::codes::{AXIS_LETTERS, CORNER_LETTERS, Group};
+use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, CORNER_LETTERS, Group};
 use crate::gcode::{Block, COMMA_A, COMMA_C, COMMA_R, Fault, Word, letter_bit, letter_set, rules};
 
 use super::execute::{Asked, Executor, MotionMode, Output, is_error, motion_of};
@@ -134,12 +134,20 @@ impl Executor<'_> {
     pub(super) fn run_dimensioned(&mut self, block: &Block, asked: &Asked, out: &mut Output<'_>) {
         let angle = block.word(COMMA_A);
         let is_open = self.held_move.as_ref().is_some_and(|pending| pending.angle_deg.is_some());
-        let asks = block.letters() & AXIS_LETTERS != 0 || angle.is_some();
+        // A full circle needs no word of an axis.
+        let is_arc = matches!(self.motion, MotionMode::Arc { .. });
+        let words = if is_arc { AXIS_LETTERS | ARC_LETTERS } else { AXIS_LETTERS };
+        let asks = block.letters() & words != 0 || angle.is_some();
         let asks = asks && !asked.axes_claimed;
+        let made = out.motions.len();
         if asked.is_faulty || !asks {
             let word = block.first_of(CORNER_LETTERS).filter(|_| !asked.is_faulty);
             out.faults.extend(word.map(lone));
-            return self.run_axis_words(block, asked, out);
+            self.run_axis_words(block, asked, out);
+            if out.motions.len() > made {
+                self.refuse_corner(format!("line {} makes no straight move and no arc", out.line));
+            }
+            return;
         }
         let resolved = match angle.copied() {
             Some(angle) => match self.resolve_angle(&angle, block, out) {
@@ -157,7 +165,6 @@ impl Executor<'_> {
             None => None,
         };
         let block = resolved.as_deref().unwrap_or(block);
-        let made = out.motions.len();
         self.run_axis_words(block, asked, out);
         if out.faults.iter().any(is_error) {
             self.held_move = None;
@@ -166,7 +173,7 @@ impl Executor<'_> {
         if self.held_move.is_some() {
             self.join_corner(made, out);
         }
-        self.hold_corner(block, out);
+        self.hold_corner(block, made, out);
     }
 
     /// Makes axis words of an angle.
@@ -291,10 +298,12 @@ impl Executor<'_> {
         Some((finish, toward, word))
     }
 
-    /// Holds the move that the block has made, if its corner waits for the next.
-    fn hold_corner(&mut self, block: &Block, out: &mut Output<'_>) {
+    /// Holds the move that the block has made behind so many others, if its corner waits for the next.
+    fn hold_corner(&mut self, block: &Block, made: usize, out: &mut Output<'_>) {
         let Some((finish, toward, word)) = self.finish_of(block, out.faults) else { return };
-        let Some(Motion::Move(step)) = out.motions.pop_if(|motion| is_rounded(motion)) else {
+        let is_own = out.motions.len() > made;
+        let Some(Motion::Move(step)) = out.motions.pop_if(|motion| is_own && is_rounded(motion))
+        else {
             out.faults.push(lone(&word));
             return;
         };

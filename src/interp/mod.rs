@@ -51,7 +51,7 @@ mod turns;
 mod words;
 
 pub use arc::FULL_CIRCLE_MM;
-pub use check::{Checked, Said, Summary, check};
+pub use check::{Checked, Said, Summary, check, check_and_hash};
 pub use motion::{Bound, Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
 pub use tools::{Tool, Tools, ToolsError};

@@ -64,6 +64,8 @@ pub struct Program {
     pub source: Source,
     pub machine: Machine,
     pub checked: Checked,
+    /// SHA-256 of the text that was checked.
+    pub sha256: [u8; 32],
     /// Files beside the program that its motion was made from.
     pub inputs: Vec<Origin>,
     options: interp::Options,
@@ -101,7 +103,8 @@ impl Program {
             feed_override_percent: motion.feed_override.map(FeedOverride::percent),
             ..motion.language.options(file)
         };
-        let checked = interp::check(&source, &machine, &options, global.max_errors)?;
+        let (checked, sha256) =
+            interp::check_and_hash(&source, &machine, &options, global.max_errors)?;
         report::checked(source.name(), &checked, global);
         if checked.errors > 0 {
             return Ok(Err(Exit::BadInput));
@@ -115,7 +118,7 @@ impl Program {
         let subprograms = subprograms.map(|(name, sha256)| Origin { name, sha256 });
         let inputs = tools_origin.into_iter().chain(subprograms).collect();
         let seams = OnceCell::new();
-        Ok(Ok(Program { source, machine, checked, inputs, options, feed, seams }))
+        Ok(Ok(Program { source, machine, checked, sha256, inputs, options, feed, seams }))
     }
 
     /// Where the job starts, in machine coordinates.
@@ -215,10 +218,7 @@ impl Program {
         }
         Header {
             tool: format!("cnc {}", env!("CARGO_PKG_VERSION")),
-            program: Origin {
-                name: self.source.file_name().to_owned(),
-                sha256: self.checked.sha256,
-            },
+            program: Origin { name: self.source.file_name().to_owned(), sha256: self.sha256 },
             inputs: self.inputs.clone(),
             options,
             machine: Origin { name: machine.id.clone(), sha256: machine.sha256() },

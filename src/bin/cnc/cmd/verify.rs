@@ -124,7 +124,7 @@ fn check_machine(header: &Header, machine: &Machine) -> anyhow::Result<()> {
 
 /// Everything that the header says, but for names of files and of the tool that wrote it.
 fn check_program(header: &Header, program: &Program) -> anyhow::Result<()> {
-    if header.program.sha256 != program.checked.sha256 {
+    if header.program.sha256 != program.sha256 {
         bail!(
             "the dump was made from another program than {}: from '{}', or from it before it was \
              changed; interpolate the program again",
