@@ -315,7 +315,7 @@ impl Places {
             moving: std::mem::replace(&mut self.moving, AxisSet::EMPTY),
             stretch: self.stretch,
             waits: self.waits,
-            catching_up: (!stops).then(|| CatchingUp {
+            catching_up: (!stops).then_some(CatchingUp {
                 speed_sq: 0.0,
                 left_ticks: ROUNDED_RISES * self.rise_ticks,
                 met_sq: 0.0,
