@@ -177,8 +177,8 @@ fn sides_ticks(path: &[PathItem], machine: &Machine, seams: &Seams, at: &Seam) -
     sides
 }
 
-/// With limits on jerk a stop is reckoned with a bound of what it takes: on both sides never below
-/// that; so buffers are never too long.
+/// With limits on jerk a stop is reckoned with a bound of what it takes: before it and in all never
+/// below that; so buffers are never too long.
 fn check_stops(path: &[PathItem], machine: &Machine) -> Result<(), TestCaseError> {
     let seams = place(path, machine);
     let mut endless = machine.clone();
@@ -190,9 +190,10 @@ fn check_stops(path: &[PathItem], machine: &Machine) -> Result<(), TestCaseError
         let running = sides_ticks(path, machine, Seams::NONE, seam);
         let Some(cost) = survey(path, &endless, &alone).seams.first().copied() else { continue };
         let before = f64::from(endless.bus.buffer_ticks) - cost.pads_s / endless.bus.pad_s();
-        let after = cost.ramps_s / endless.bus.tick_s() - (before - running[0]);
-        let over = [before - stopped[0], after - (stopped[1] - running[1])];
-        prop_assert!(over.iter().all(|over| *over > -1e-6), "{over:?} ticks: {seam:?}");
+        prop_assert!(before - stopped[0] > -1e-6, "{before} {stopped:?} ticks: {seam:?}");
+        let ramps = cost.ramps_s / endless.bus.tick_s();
+        let more = stopped.iter().sum::<f64>() - running.iter().sum::<f64>();
+        prop_assert!(ramps - more > -1e-6, "{ramps} {more} ticks: {seam:?}");
     }
     let ticks_max = machine.bus.motion_ticks_max().unwrap_or(0);
     for (ticks, _) in buffers(path, machine, &seams) {
@@ -221,13 +222,13 @@ fn a_stop_on_a_steady_line_is_reckoned_exactly() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig { max_shrink_iters: 200, ..ProptestConfig::with_cases(60) })]
 
     #[test]
     fn stops_with_jerk_take_no_more_than_is_reckoned(
         moves in proptest::collection::vec(
             (0.05..1.5_f64, -0.5..0.5_f64, prop_oneof![Just(None), (1.0..25.0_f64).prop_map(Some)]),
-            10..150,
+            10..60,
         ),
         chopped in 1.0..12.0_f64,
     ) {

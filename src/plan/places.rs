@@ -371,8 +371,8 @@ impl Places {
     /// with the plan.
     fn catch_up(&mut self, run: &Run) {
         let ends_sq = run.ends_sq;
-        for place in self.places.iter_mut().rev() {
-            let Some(up) = &mut place.catching_up else { break };
+        for place in &mut self.places {
+            let Some(up) = &mut place.catching_up else { continue };
             up.rounding = up.rounding.and(run.rounding[1]);
             if up.speed_sq < f64::INFINITY {
                 let exit_sq = run.piece.exit_sq_max(up.speed_sq).min(ends_sq[1]);

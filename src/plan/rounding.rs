@@ -17,6 +17,10 @@ use super::piece::Piece;
 /// of the jerk, at least.
 const BENT_SHARE: f64 = 0.5;
 
+/// Where the plan is not steady its acceleration may change under an arc: what that takes, as a share
+/// of the time in which jerk lets an acceleration grow to its greatest.
+const UNSTEADY_RISES: f64 = 0.1;
+
 /// The greatest acceleration and the least jerk on the way of a ramp, and how steep the plan is.
 #[derive(Clone, Copy, Debug)]
 pub struct Rounding {
@@ -69,7 +73,8 @@ impl Rounding {
             return 0.0;
         }
         let share = 1.0 + (steepest_mm_s2 / accel_mm_s2).min(1.0);
-        let most_s = 0.25 * accel_mm_s2 / jerk_mm_s3 * (share * share + 1.0);
+        let rise_s = accel_mm_s2 / jerk_mm_s3;
+        let most_s = 0.25 * rise_s * (share * share + 1.0);
         if speed_mm_s <= 0.0 {
             return most_s;
         }
@@ -78,6 +83,7 @@ impl Rounding {
             * (speed_mm_s / reached_mm_s2 + reached_mm_s2 / jerk_mm_s3 - speed_mm_s / accel_mm_s2);
         let cubes = (reached_mm_s2 + steepest_mm_s2).powi(3) - reached_mm_s2.powi(3);
         let arc_s = cubes / (24.0 * jerk_mm_s3 * jerk_mm_s3 * speed_mm_s);
-        (double_s + arc_s).min(most_s)
+        let unsteady_s = if steepest_mm_s2 > 0.0 { UNSTEADY_RISES * rise_s } else { 0.0 };
+        (double_s + arc_s + unsteady_s).min(most_s)
     }
 }
