@@ -5,39 +5,16 @@
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
-use cnc::base::{Axis, Machine, Plane, Point};
-use cnc::interp::{Move, MoveKind};
+use cnc::base::{Axis, Machine, Point};
+use cnc::interp::MoveKind;
 use cnc::path::{self, PathItem, Rates, Segment};
 use cnc::plan::{self, Feed, Planned, Seams};
 
+mod ways;
+use ways::{arc, at, line, moves};
+
 /// Points of the bound, over the whole path.
 const POINTS: usize = 60_000;
-
-fn at(x: f64, y: f64, z: f64) -> Point {
-    let mut point = Point::ZERO;
-    (point[Axis::X], point[Axis::Y], point[Axis::Z]) = (x, y, z);
-    point
-}
-
-fn moves(way: &[(Point, MoveKind)]) -> Vec<Segment> {
-    let mut from = Point::ZERO;
-    let mut segments = Vec::new();
-    for (line, (to, kind)) in (1..).zip(way) {
-        let (corner, bound) = Default::default();
-        let step = Move { line, n: None, from, to: *to, kind: kind.clone(), corner, bound };
-        segments.extend(path::segment(&step));
-        from = *to;
-    }
-    segments
-}
-
-fn line(feed_mm_min: f64) -> MoveKind {
-    MoveKind::Line { feed_mm_min }
-}
-
-fn arc(feed_mm_min: f64, center_mm: [f64; 2], ccw: bool, turns: u32) -> MoveKind {
-    MoveKind::Arc { feed_mm_min, plane: Plane::Xy, center_mm, ccw, turns }
-}
 
 /// A point of the path: the way to the next, what holds the speed, how position changes.
 struct Sample {
@@ -47,17 +24,26 @@ struct Sample {
 }
 
 /// The rules: an axis's speed, the steps that its node makes in a tick, its acceleration across a
-/// curve; in a corner its step of speed, and v²·|Δt|/L against its acceleration.
+/// curve; in a corner its step of speed, v²·|Δt|/L against its acceleration, and what is shared with
+/// corners so near that verify's widest window holds both.
 fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
     let total_mm: f64 = segments.iter().map(Segment::length_mm).sum();
     let tick_s = f64::from(machine.bus.tick_us) * 1e-6;
     let mut samples: Vec<Sample> = Vec::new();
-    let mut before: Option<&Segment> = None;
-    for segment in segments {
+    let pairs = segments.windows(2);
+    let met: Vec<Met> = pairs.map(|pair| Met::of(&pair[0], &pair[1], machine)).collect();
+    for (number, segment) in segments.iter().enumerate() {
+        let begins = number.checked_sub(1).map(|before| &met[before]);
+        let bends = [begins, met.get(number)].map(|met| met.map_or(Point::ZERO, |met| met.bend));
+        let is_line = segment.curve == path::Curve::Line;
         let length_mm = segment.length_mm();
         let count = ((POINTS as f64 * length_mm / total_mm) as usize).max(200);
         for k in 0..=count {
-            let rates = segment.rates_at(k as f64 / count as f64);
+            let share = k as f64 / count as f64;
+            let mut rates = segment.rates_at(share);
+            for axis in Axis::LINEAR.into_iter().filter(|_| is_line) {
+                rates.bend_per_mm[axis] = bends[0][axis] * (1.0 - share) + bends[1][axis] * share;
+            }
             let mut limit_sq = segment.feed_mm_s.unwrap_or(f64::INFINITY).powi(2);
             for profile in &machine.axes {
                 let (rate, bend) = (rates.tangent[profile.axis], rates.bend_per_mm[profile.axis]);
@@ -67,24 +53,57 @@ fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
                 limit_sq = limit_sq.min((speed_mm_s / rate).powi(2));
                 limit_sq = limit_sq.min(profile.accel_max_mm_s2 / bend.abs());
             }
-            if let Some(last) = before.filter(|_| k == 0) {
-                let (end, mean_mm) = (last.rates_at(1.0), 0.5 * (last.length_mm() + length_mm));
-                for profile in &machine.axes {
-                    let turn = (rates.tangent[profile.axis] - end.tangent[profile.axis]).abs();
-                    if turn > 1e-9 {
-                        let step = profile.start_speed_mm_s.max(profile.accel_max_mm_s2 * tick_s);
-                        let spread_sq = profile.accel_max_mm_s2 * mean_mm / turn;
-                        limit_sq = limit_sq.min((step / turn).powi(2)).min(spread_sq);
-                    }
-                }
-                limit_sq = limit_sq.min(tick_speed_mm_s(&end, &rates, machine).powi(2));
+            if let Some(met) = begins.filter(|_| k == 0) {
+                limit_sq = limit_sq.min(met.limit_sq);
             }
             let way_mm = if k < count { length_mm / count as f64 } else { 0.0 };
             samples.push(Sample { way_mm, limit_sq, rates });
         }
-        before = Some(segment);
     }
     samples
+}
+
+/// Where two segments meet.
+struct Met {
+    limit_sq: f64,
+    /// In a chopped curve, how much it bends.
+    bend: Point,
+}
+
+impl Met {
+    fn of(before: &Segment, after: &Segment, machine: &Machine) -> Met {
+        let [end, start] = [before.rates_at(1.0), after.rates_at(0.0)];
+        let tick_s = f64::from(machine.bus.tick_us) * 1e-6;
+        let lengths = [before.length_mm(), after.length_mm()];
+        let (short_mm, long_mm) = (lengths[0].min(lengths[1]), lengths[0].max(lengths[1]));
+        let mean_mm = 0.5 * (short_mm + long_mm);
+        let feed = |segment: &Segment| segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        let mut top_mm_s = feed(before).min(feed(after));
+        let (mut jump_mm_s, mut bend) = (f64::INFINITY, Point::ZERO);
+        for profile in &machine.axes {
+            let axis = profile.axis;
+            let turn = start.tangent[axis] - end.tangent[axis];
+            if turn.abs() > 1e-9 {
+                let step = profile.start_speed_mm_s.max(profile.accel_max_mm_s2 * tick_s);
+                let spread_sq = profile.accel_max_mm_s2 * mean_mm / turn.abs();
+                jump_mm_s = jump_mm_s.min(step / turn.abs()).min(spread_sq.sqrt());
+                for rates in [&end, &start] {
+                    top_mm_s = top_mm_s.min(profile.speed_max_mm_s / rates.tangent[axis].abs());
+                }
+                bend[axis] = turn / mean_mm;
+            }
+        }
+        let window_mm = 20.0 * tick_s * jump_mm_s.min(top_mm_s);
+        let (share, is_curve) = match (short_mm < window_mm, long_mm < window_mm) {
+            (false, _) => (1.0, false),
+            (true, false) => (0.5, false),
+            (true, true) => (mean_mm / long_mm, true),
+        };
+        let alone_mm_s = jump_mm_s.min(short_mm / (20.0 * tick_s));
+        let speed_mm_s = if share < 1.0 { alone_mm_s.max(share * jump_mm_s) } else { jump_mm_s };
+        let speed_mm_s = speed_mm_s.min(tick_speed_mm_s(&end, &start, machine));
+        Met { limit_sq: speed_mm_s.powi(2), bend: if is_curve { bend } else { Point::ZERO } }
+    }
 }
 
 /// A tick that holds a corner in its middle goes a chord: off by a quarter of its way times the angle.

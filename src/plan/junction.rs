@@ -7,6 +7,12 @@
 //!  before  t₂                          - v²·|t₂ - t₁| / L ≤ a, with L the mean of both lengths:
 //!                                        so a finely chopped arc is no faster than the arc.
 //! ```
+//!
+//! Accelerations are judged in windows of up to 20 ticks to either side, which may see one whole step
+//! of speed beyond a. Where ways are shorter than that, steps add up: between two such ways it is a
+//! point of a chopped curve, whose step counts as acceleration over half of both ways. A window that
+//! begins or ends within a way sees up to the longer way's share of a step uncounted, so steps are held
+//! to half of one there. Beside one short way a step is half as well: two of them make one.
 
 use crate::base::machine::AxisProfile;
 use crate::base::{Axis, AxisMap, Machine, Point};
@@ -16,6 +22,9 @@ use super::Bound;
 
 /// Changes of direction below this are rounding of positions, not corners.
 const STRAIGHT: f64 = 1e-9;
+
+/// The widest window in which accelerations are taken, to either side.
+const WINDOW_TICKS: f64 = 20.0;
 
 /// A junction, as the segment before and the one after make it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,34 +60,65 @@ impl Junction {
 
     /// Between two segments.
     pub fn between(before: &Segment, after: &Segment, machine: &Machine) -> Junction {
-        let length_mm = 0.5 * (before.length_mm() + after.length_mm());
+        let lengths_mm = [before.length_mm(), after.length_mm()];
         let [a, b] = [before.rates_at(1.0), after.rates_at(0.0)];
-        let junction = Junction::at(&a, &b, length_mm, machine);
+        let feed = |segment: &Segment| segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        let feed_mm_s = feed(before).min(feed(after));
+        let junction = Junction::at(&a, &b, lengths_mm, feed_mm_s, machine);
         if before.corner == Corner::Stop { junction.stopped() } else { junction }
     }
 
-    /// Where the derivatives change; between ways of this length, in the mean.
-    pub fn at(a: &Rates, b: &Rates, length_mm: f64, machine: &Machine) -> Junction {
-        let change = AxisMap::from_fn(|axis| b.tangent[axis] - a.tangent[axis]);
+    /// Where the derivatives change; between ways of these lengths, at this speed at most.
+    pub fn at(
+        a: &Rates,
+        b: &Rates,
+        lengths_mm: [f64; 2],
+        feed_mm_s: f64,
+        machine: &Machine,
+    ) -> Junction {
         let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
-        let mut is_curve = false;
+        let change = AxisMap::from_fn(|axis| b.tangent[axis] - a.tangent[axis]);
+        let mean_mm = 0.5 * (lengths_mm[0] + lengths_mm[1]);
+        let mut fastest_mm_s = feed_mm_s;
         for profile in &machine.axes {
-            let change = change[profile.axis].abs();
+            let axis = profile.axis;
+            let change = change[axis].abs();
             if change > STRAIGHT {
                 let jump_mm_s = jump_mm_s(profile, machine) / change;
-                let spread_sq = profile.accel_max_mm_s2 * length_mm / change;
+                let spread_sq = profile.accel_max_mm_s2 * mean_mm / change;
                 let speed_sq = (jump_mm_s * jump_mm_s).min(spread_sq);
                 if speed_sq < junction.speed_sq_max {
                     junction.speed_sq_max = speed_sq;
-                    junction.bound = Bound::Corner(profile.axis);
-                    is_curve = spread_sq == speed_sq;
+                    junction.bound = Bound::Corner(axis);
                 }
+                let rate = a.tangent[axis].abs().max(b.tangent[axis].abs());
+                fastest_mm_s = fastest_mm_s.min(profile.speed_max_mm_s / rate);
             }
         }
-        if is_curve {
-            junction.bend_per_mm = Some(AxisMap::from_fn(|axis| change[axis] / length_mm));
+        if junction.speed_sq_max < f64::INFINITY {
+            let is_curve = junction.share(lengths_mm, fastest_mm_s, machine);
+            junction.bend_per_mm =
+                is_curve.then(|| AxisMap::from_fn(|axis| change[axis] / mean_mm));
         }
         junction
+    }
+
+    /// Leaves room for the neighbours' steps of speed, where verify's widest window sees both, and
+    /// tells whether it is a point of a chopped curve.
+    fn share(&mut self, lengths_mm: [f64; 2], fastest_mm_s: f64, machine: &Machine) -> bool {
+        let window_s = WINDOW_TICKS * machine.bus.tick_s();
+        let jump_mm_s = self.speed_sq_max.sqrt();
+        let window_mm = jump_mm_s.min(fastest_mm_s) * window_s;
+        let [shorter_mm, longer_mm] =
+            [lengths_mm[0].min(lengths_mm[1]), lengths_mm[0].max(lengths_mm[1])];
+        if shorter_mm >= window_mm {
+            return false;
+        }
+        let is_curve = longer_mm < window_mm;
+        let share = if is_curve { 0.5 * (shorter_mm + longer_mm) / longer_mm } else { 0.5 };
+        let speed_mm_s = (share * jump_mm_s).max(jump_mm_s.min(shorter_mm / window_s));
+        self.speed_sq_max = speed_mm_s * speed_mm_s;
+        is_curve
     }
 }
 

@@ -171,10 +171,9 @@ impl<'a> LookAhead<'a> {
     /// Where the last piece ends in a point of a chopped curve, it bends there.
     fn bend_last(&mut self, next: &Ahead) {
         let Ahead::Piece { junction, .. } = next else { return };
-        let bend_per_mm = junction.bend_per_mm.filter(|_| self.has_ramps);
         let last = self.queue.back_mut().map(|queued| &mut queued.item);
-        if let (Some(bend_per_mm), Some(Ahead::Piece { piece, .. })) = (bend_per_mm, last) {
-            piece.bend(1, &bend_per_mm, self.machine);
+        if let (true, Some(Ahead::Piece { piece, .. })) = (self.has_ramps, last) {
+            piece.bend(1, junction, self.machine);
         }
     }
 

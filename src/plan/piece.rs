@@ -66,8 +66,8 @@ enum Grip {
     /// Acceleration along a line.
     Straight { accel_mm_s2: f64 },
     /// Conditions on the squares of the speeds at both ends of a bent piece; and the acceleration
-    /// that any speed up to its greatest leaves.
-    Bent { pulls: Vec<Pull>, accel_mm_s2: f64, bends: Box<[Point; 2]> },
+    /// that its bends leave at the speeds whose squares stand beside them.
+    Bent { pulls: Vec<Pull>, accel_mm_s2: f64, bends: Box<[Point; 2]>, fastest_sq: [f64; 2] },
 }
 
 /// `from · u₀ + to · u₁` has to lie between -1 and 1.
@@ -138,7 +138,8 @@ impl Piece {
         for (number, span) in (1..).zip(spans) {
             let junction = before.map_or(first, |before| {
                 rates.follow(span, 0);
-                Junction::at(&before, &rates, length_mm, machine)
+                let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
+                Junction::at(&before, &rates, [length_mm; 2], feed_mm_s, machine)
             });
             let share = |at_mm: f64| at_mm / length_mm;
             let is_last = number == spans.len();
@@ -191,19 +192,31 @@ impl Piece {
         }
     }
 
-    /// Takes a line for a piece of a chopped curve: at one of its ends (0 or 1) it bends so much.
-    pub fn bend(&mut self, end: usize, bend_per_mm: &Point, machine: &Machine) {
+    /// Takes a line for a piece of a chopped curve where a junction at one of its ends (0 or 1) is a
+    /// point of one. The axes' step of speed is made at the speed of that junction, in the time that
+    /// the line takes, faster between its ends: so much acceleration does it take from the line.
+    pub fn bend(&mut self, end: usize, junction: &Junction, machine: &Machine) {
+        let Some(bend_per_mm) = junction.bend_per_mm else { return };
         if self.segment.curve != Curve::Line {
             return;
         }
         let mut ends = [self.segment.rates_at(0.0); 2];
-        if let Grip::Bent { bends, .. } = &self.grip {
+        let straight_mm_s2 = machine.axes.iter().fold(f64::INFINITY, |least, profile| {
+            least.min(profile.accel_max_mm_s2 / ends[0].tangent[profile.axis].abs())
+        });
+        let mut fastest_sq = [0.0; 2];
+        if let Grip::Bent { bends, fastest_sq: before_sq, .. } = &self.grip {
             ends[0].bend_per_mm = bends[0];
             ends[1].bend_per_mm = bends[1];
+            fastest_sq = *before_sq;
         }
-        ends[end].bend_per_mm = *bend_per_mm;
+        ends[end].bend_per_mm = bend_per_mm;
         self.hold_jerk(&ends, machine);
-        self.grip = self.held(&ends, machine);
+        let piece_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
+        let junction_sq = junction.speed_sq_max.min(piece_sq);
+        let peak_sq = (junction_sq + straight_mm_s2 * self.length_mm).min(piece_sq);
+        fastest_sq[end] = (junction_sq * peak_sq).sqrt();
+        self.grip = self.held(&ends, fastest_sq, machine);
     }
 
     /// In how many pieces it has to be cut, so that none takes longer than [`longest_s`].
@@ -251,7 +264,8 @@ impl Piece {
             Curve::Spline(_) => piece.hold_sagitta(ends, machine),
         }
         piece.hold_jerk(ends, machine);
-        piece.grip = piece.held(ends, machine);
+        let fastest_sq = piece.ends_sq_max[0].max(piece.ends_sq_max[1]);
+        piece.grip = piece.held(ends, [fastest_sq; 2], machine);
         piece
     }
 
@@ -263,8 +277,9 @@ impl Piece {
         }
     }
 
-    /// How the axes hold a piece with these derivatives at its ends, up to its greatest speed.
-    fn held(&mut self, ends: &[Rates; 2], machine: &Machine) -> Grip {
+    /// How the axes hold a piece with these derivatives at its ends, where these squares of speeds go
+    /// with the bends.
+    fn held(&mut self, ends: &[Rates; 2], fastest_sq: [f64; 2], machine: &Machine) -> Grip {
         let now = ends.each_ref().map(|rates| rates.bend_per_mm);
         // What it was held by before lends its memory.
         let none = Grip::Straight { accel_mm_s2: 0.0 };
@@ -276,7 +291,6 @@ impl Piece {
                 (pulls, bends)
             }
         };
-        let fastest_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
         let mut accel_mm_s2 = f64::INFINITY;
         for profile in &machine.axes {
             let (axis, limit) = (profile.axis, profile.accel_max_mm_s2);
@@ -292,11 +306,11 @@ impl Piece {
             pulls.push(Pull { from: -t1 * along / limit, to: (b1 + t1 * along) / limit });
             let rate = t0.abs().max(t1.abs());
             if rate > 0.0 {
-                let across = b0.abs().max(b1.abs()) * fastest_sq;
+                let across = f64::max(b0.abs() * fastest_sq[0], b1.abs() * fastest_sq[1]);
                 accel_mm_s2 = accel_mm_s2.min((limit - across) / rate);
             }
         }
-        Grip::Bent { pulls, accel_mm_s2, bends }
+        Grip::Bent { pulls, accel_mm_s2, bends, fastest_sq }
     }
 
     fn at_feed(segment: &Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {

@@ -68,8 +68,8 @@ impl<'a> Cutter<'a> {
         Piece::cut(&segment, machine, ramps, junction, |mut piece, junction| {
             let end = piece.shares[1];
             let junction = if is_at_seam { Junction::REST } else { junction };
-            if let Some(bend_per_mm) = junction.bend_per_mm.filter(|_| ramps) {
-                piece.bend(0, &bend_per_mm, machine);
+            if ramps {
+                piece.bend(0, &junction, machine);
             }
             ready.push_back(Ahead::Piece { piece, junction });
             let seam = seams.at(*next_seam, index, end);

@@ -3,40 +3,17 @@
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
-use cnc::base::{Axis, Machine, Plane, Point};
-use cnc::interp::{Move, MoveKind};
-use cnc::path::{self, PathItem, Segment};
+use cnc::base::{Machine, Point};
+use cnc::interp::MoveKind;
+use cnc::path::{PathItem, Segment};
 use cnc::plan::{self, Feed, Planned, Profile, Seams};
 use proptest::prelude::*;
 
 mod least;
+#[path = "../ways/mod.rs"]
+mod ways;
 use least::{corner, least_s};
-
-fn at(x: f64, y: f64, z: f64) -> Point {
-    let mut point = Point::ZERO;
-    (point[Axis::X], point[Axis::Y], point[Axis::Z]) = (x, y, z);
-    point
-}
-
-fn moves(way: &[(Point, MoveKind)]) -> Vec<Segment> {
-    let mut from = Point::ZERO;
-    let mut segments = Vec::new();
-    for (line, (to, kind)) in (1..).zip(way) {
-        let (corner, bound) = Default::default();
-        let step = Move { line, n: None, from, to: *to, kind: kind.clone(), corner, bound };
-        segments.extend(path::segment(&step));
-        from = *to;
-    }
-    segments
-}
-
-fn line(feed_mm_min: f64) -> MoveKind {
-    MoveKind::Line { feed_mm_min }
-}
-
-fn arc(feed_mm_min: f64, center_mm: [f64; 2], ccw: bool, turns: u32) -> MoveKind {
-    MoveKind::Arc { feed_mm_min, plane: Plane::Xy, center_mm, ccw, turns }
-}
+use ways::{arc, at, line, moves};
 
 fn planned(segments: &[Segment], machine: &Machine) -> Vec<Profile> {
     let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
