@@ -29,10 +29,10 @@ mod lookahead;
 mod piece;
 mod places;
 mod ramp;
-mod rounding;
 mod schedule;
 mod seams;
 mod source;
+mod stop;
 mod survey;
 
 pub use bound::Bound;

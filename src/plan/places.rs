@@ -19,9 +19,9 @@ use crate::path::{Curve, Segment};
 
 use super::lookahead::Decided;
 use super::piece::Piece;
-use super::rounding::Rounding;
 use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
+use super::stop::{Climber, Way};
 use super::{Feed, Ramp};
 
 /// Places that lie closer behind another that is as good are left out, but for those where motion
@@ -31,9 +31,8 @@ const APART_TICKS: f64 = 4.0;
 /// Blocks that take less than this share of a buffer have no place inside.
 const LONG_SHARE: f64 = 0.4;
 
-/// Where a ramp meets the plan, the acceleration changes by twice the greatest at most; half of the time
-/// that takes lies beyond, and half a rise more, for with jerk they meet later.
-const ROUNDED_RISES: f64 = 1.5;
+/// So much more than reckoned the ramps of a stop may take on each side, where the plan is unsteady.
+const UNSURE_TICKS: f64 = 1.0;
 
 /// A place where a buffer may end.
 #[derive(Clone, Debug)]
@@ -56,6 +55,8 @@ pub struct Place {
     pub before_ticks: f64,
     /// Ticks that a stop there adds after it.
     pub after_ticks: f64,
+    /// Ticks by which either may be more.
+    pub unsure_ticks: f64,
     /// Axes that move between the place before and it.
     pub moving: AxisSet,
     /// Stretches between events up to it: each begins on a tick's boundary.
@@ -63,19 +64,7 @@ pub struct Place {
     /// Stops up to it that may wait for a tick's boundary.
     pub waits: u64,
     /// Speeding up again from a stop there, until what it takes is known.
-    pub catching_up: Option<CatchingUp>,
-}
-
-/// Speeding up from rest to the speed of the plan.
-#[derive(Clone, Copy, Debug)]
-pub struct CatchingUp {
-    /// Square of the speed reached so far; infinite once it is that of the plan.
-    speed_sq: f64,
-    /// Ticks of the plan whose acceleration counts from then on.
-    left_ticks: f64,
-    /// Square of the plan's speed where it is reached.
-    met_sq: f64,
-    rounding: Rounding,
+    pub catching_up: Option<Climber>,
 }
 
 impl Place {
@@ -91,6 +80,7 @@ impl Place {
             at_ticks: 0.0,
             before_ticks: 0.0,
             after_ticks: 0.0,
+            unsure_ticks: 0.0,
             moving: AxisSet::EMPTY,
             stretch: 0,
             waits: 0,
@@ -103,7 +93,8 @@ impl Place {
     pub fn ticks_to(&self, end: &Place) -> f64 {
         let shifted = if end.stretch > self.stretch { 1.0 } else { 0.0 };
         let waits = (end.waits - self.waits) as f64;
-        end.at_ticks - self.at_ticks + self.after_ticks + end.before_ticks + shifted + waits
+        let ramps = self.after_ticks + end.before_ticks + self.unsure_ticks + end.unsure_ticks;
+        end.at_ticks - self.at_ticks + ramps + shifted + waits
     }
 }
 
@@ -115,8 +106,6 @@ pub struct Places {
     ticks_max: f64,
     corner_mm: f64,
     accel_max_mm_s2: f64,
-    /// Ticks in which jerk lets an acceleration grow to its greatest: of the slowest axis.
-    rise_ticks: f64,
     /// Pieces that braking for a place may reach back to.
     behind: VecDeque<Run>,
     /// Places in order, waiting for what speeding up again takes.
@@ -134,17 +123,11 @@ pub struct Places {
     finished: bool,
 }
 
-/// A piece with its speeds in the plan.
+/// A piece, and how the plan runs it.
 #[derive(Debug)]
 struct Run {
     piece: Piece,
-    ends_sq: [f64; 2],
-    /// Ticks that constant accelerations take between these speeds.
-    ticks: f64,
-    /// Ticks that the plan takes.
-    planned_ticks: f64,
-    /// What its jerk makes of braking from it, and of speeding up to it.
-    rounding: [Rounding; 2],
+    ramp: Ramp,
 }
 
 /// A segment whose end may be a place, once it is known what follows.
@@ -152,18 +135,6 @@ struct Run {
 struct EndedBlock {
     is_rapid: bool,
     rests: bool,
-}
-
-impl Run {
-    /// Ticks of the plan on it beyond where a ramp between these speeds meets it, at least: the plan
-    /// is through with the ramp's way before the ramp is.
-    fn beyond_ticks(&self, [entry_mm_s, exit_mm_s]: [f64; 2], tick_s: f64) -> f64 {
-        if !self.piece.is_straight() {
-            return 0.0;
-        }
-        let ramp_s = (exit_mm_s - entry_mm_s).abs() / self.piece.accel_max_mm_s2();
-        (self.planned_ticks - ramp_s / tick_s).max(0.0)
-    }
 }
 
 impl Places {
@@ -175,7 +146,6 @@ impl Places {
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
             accel_max_mm_s2: accel_max_mm_s2(machine),
-            rise_ticks: rise_s(machine) / machine.bus.tick_s(),
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
@@ -212,7 +182,7 @@ impl Places {
                 if piece.shares[0] == 0.0 {
                     self.end_block(piece.segment.feed_mm_s.is_none());
                 }
-                self.run(piece, ends_mm_s, &ramp);
+                self.run(piece, ends_mm_s[1] == 0.0, ramp);
             }
         }
     }
@@ -237,27 +207,15 @@ impl Places {
         }
     }
 
-    /// What stops add is found with constant accelerations, and so compared; what jerk adds to that has
-    /// a bound of its own.
-    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: &Ramp) {
-        let ends_sq = ends_mm_s.map(|speed| speed * speed);
-        let planned_ticks = ramp.duration_s() / self.tick_s;
-        let (ticks, rounding) = if self.rise_ticks > 0.0 {
-            let ticks = piece.ramp(ends_mm_s).duration_s() / self.tick_s;
-            (ticks, Rounding::of(&piece, ramp))
-        } else {
-            (planned_ticks, [Rounding::NONE; 2])
-        };
-        let run = Run { piece, ends_sq, ticks, planned_ticks, rounding };
-        self.catch_up(&run);
-        self.line = run.piece.segment.line;
-        self.at_ticks += planned_ticks;
-        self.moving = self.moving.union(moving(&run.piece.segment));
-        let (is_end, rests) = (run.piece.shares[1] == 1.0, ends_sq[1] == 0.0);
-        let is_rapid = run.piece.segment.feed_mm_s.is_none();
-        let (share, takes_long) = (run.piece.shares[1], self.takes_long(&run.piece));
-        self.behind.push_back(run);
-        if is_end {
+    fn run(&mut self, piece: Piece, rests: bool, ramp: Ramp) {
+        self.catch_up(&piece, rests, &ramp);
+        self.line = piece.segment.line;
+        self.at_ticks += ramp.duration_s() / self.tick_s;
+        self.moving = self.moving.union(moving(&piece.segment));
+        let (share, is_rapid) = (piece.shares[1], piece.segment.feed_mm_s.is_none());
+        let takes_long = self.takes_long(&piece);
+        self.behind.push_back(Run { piece, ramp });
+        if share == 1.0 {
             self.ended = Some(EndedBlock { is_rapid, rests });
         } else if is_rapid || takes_long {
             let kind = if is_rapid { SeamKind::Rapid } else { SeamKind::Cut };
@@ -312,15 +270,11 @@ impl Places {
             at_ticks: self.at_ticks,
             before_ticks,
             after_ticks: 0.0,
+            unsure_ticks: if stops { 0.0 } else { UNSURE_TICKS },
             moving: std::mem::replace(&mut self.moving, AxisSet::EMPTY),
             stretch: self.stretch,
             waits: self.waits,
-            catching_up: (!stops).then_some(CatchingUp {
-                speed_sq: 0.0,
-                left_ticks: ROUNDED_RISES * self.rise_ticks,
-                met_sq: 0.0,
-                rounding: Rounding::NONE,
-            }),
+            catching_up: (!stops).then_some(Climber::new(Way::Forwards)),
         });
     }
 
@@ -340,70 +294,29 @@ impl Places {
     /// What braking from the plan's speed to rest here takes beyond the plan. What is too far
     /// back for any later place is forgotten.
     fn braking_ticks(&mut self) -> f64 {
-        let (mut exit_sq, mut extra_ticks, mut rounding) = (0.0_f64, 0.0, Rounding::NONE);
-        let mut left_ticks = ROUNDED_RISES * self.rise_ticks;
-        let mut is_met = false;
-        let mut reached = 0;
-        for (i, run) in self.behind.iter().enumerate().rev() {
-            rounding = rounding.and(run.rounding[0]);
-            if is_met {
-                left_ticks -= run.planned_ticks;
-            } else {
-                let entry_sq = run.piece.entry_sq_max(exit_sq).min(run.ends_sq[0]);
-                let ends_mm_s = [entry_sq.sqrt(), exit_sq.sqrt()];
-                extra_ticks += run.piece.ramp(ends_mm_s).duration_s() / self.tick_s - run.ticks;
-                exit_sq = entry_sq;
-                is_met = entry_sq >= run.ends_sq[0];
-                if is_met {
-                    left_ticks -= run.beyond_ticks(ends_mm_s, self.tick_s);
-                }
-            }
-            if is_met && left_ticks <= 0.0 {
-                reached = i;
-                break;
-            }
+        let mut braking = Climber::new(Way::Backwards);
+        let mut reached = self.behind.len();
+        while reached > 0 && !braking.is_done() {
+            reached -= 1;
+            let run = &self.behind[reached];
+            braking.pass(&run.piece, &run.ramp);
         }
         self.behind.drain(..reached);
-        extra_ticks + rounding.more_s(exit_sq.sqrt()) / self.tick_s
+        braking.more_s() / self.tick_s
     }
 
     /// Places behind this piece speed up from rest along it, as far as they have not caught up
     /// with the plan.
-    fn catch_up(&mut self, run: &Run) {
-        let ends_sq = run.ends_sq;
+    fn catch_up(&mut self, piece: &Piece, rests: bool, ramp: &Ramp) {
         for place in &mut self.places {
             let Some(up) = &mut place.catching_up else { continue };
-            up.rounding = up.rounding.and(run.rounding[1]);
-            if up.speed_sq < f64::INFINITY {
-                let exit_sq = run.piece.exit_sq_max(up.speed_sq).min(ends_sq[1]);
-                let ends_mm_s = [up.speed_sq.sqrt(), exit_sq.sqrt()];
-                let ticks = run.piece.ramp(ends_mm_s).duration_s() / self.tick_s;
-                place.after_ticks += ticks - run.ticks;
-                up.met_sq = exit_sq;
-                if exit_sq < ends_sq[1] {
-                    up.speed_sq = exit_sq;
-                } else {
-                    up.speed_sq = f64::INFINITY;
-                    up.left_ticks -= run.beyond_ticks(ends_mm_s, self.tick_s);
-                }
-            } else {
-                up.left_ticks -= run.planned_ticks;
-            }
-            if (up.speed_sq == f64::INFINITY && up.left_ticks <= 0.0) || ends_sq[1] == 0.0 {
-                place.after_ticks += up.rounding.more_s(up.met_sq.sqrt()) / self.tick_s;
+            up.pass(piece, ramp);
+            if up.is_done() || rests {
+                place.after_ticks += up.more_s() / self.tick_s;
                 place.catching_up = None;
             }
         }
     }
-}
-
-/// How long jerk lets an acceleration grow to its greatest, at most.
-fn rise_s(machine: &Machine) -> f64 {
-    let rises = machine
-        .axes
-        .iter()
-        .filter_map(|axis| axis.jerk_max_mm_s3.map(|jerk_mm_s3| axis.accel_max_mm_s2 / jerk_mm_s3));
-    rises.fold(0.0, f64::max)
 }
 
 /// The axes that move along a segment.
