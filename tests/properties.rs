@@ -296,7 +296,7 @@ fn check(parts: &[Part], one: Form, other: Form) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Blocks of straight moves, and modes between them; some are wrong.
+/// Blocks of moves, and modes between them; some are wrong.
 fn blocks() -> impl Strategy<Value = Vec<String>> {
     let modes = [
         "G20",
@@ -318,13 +318,28 @@ fn blocks() -> impl Strategy<Value = Vec<String>> {
         "G40",
         "G16",
         "G15",
+        "G17",
+        "G18",
+        "G19",
+        "G90.1",
+        "G91.1",
+        "G53 G0 Z-10",
+        "G91 G2 X1 Y1 I1 J0",
+        "G91 G3 X2 I1 K0 Z2",
+        "G2 I5.5",
+        "G3 J-3 Z1",
+        "G2 K4 F50",
+        "G3 X10 Y3 R20",
+        "F0",
     ];
     let number = "-?[0-9]{1,3}\\.[0-9]{0,4}";
     let words = ["(X{} ?)?", "(Y{} ?)?", "(Z{} ?)?", "(A{} ?)?"].concat().replace("{}", number);
     let block = proptest::string::string_regex(&format!("(G[01] ?)?{words}(F[1-9][0-9]{{2}} ?)?"));
+    let arc = "(G[23] ?)?(X-?[0-9]\\.[0-9] ?)?(I-?[0-9]\\.[0-9] ?)?(J-?[0-9]\\.[0-9] ?)?(P[12])?";
     let block = prop_oneof![
-        9 => block.unwrap(),
-        1 => proptest::sample::select(modes.to_vec()).prop_map(str::to_owned),
+        8 => block.unwrap(),
+        2 => proptest::string::string_regex(arc).unwrap(),
+        2 => proptest::sample::select(modes.to_vec()).prop_map(str::to_owned),
     ];
     proptest::collection::vec(block, 1..30)
 }
@@ -353,8 +368,10 @@ proptest! {
 
     /// A block with a code more is executed in another way: one that asks what stands in it.
     #[test]
-    fn plain_moves_are_what_they_are_beside_a_code_that_changes_nothing(blocks in blocks()) {
-        let machine = Machine::load("ideal").unwrap();
+    fn plain_moves_are_what_they_are_beside_a_code_that_changes_nothing(
+        blocks in blocks(), machine in prop_oneof![Just("ideal"), Just("starmill")],
+    ) {
+        let machine = Machine::load(machine).unwrap();
         let run = |code: &str| {
             let numbered = blocks.iter().enumerate();
             let text: String = numbered.map(|(n, block)| format!("N{n} {block} {code}\n")).collect();

@@ -103,6 +103,8 @@ pub struct AxisSet(u16);
 impl AxisSet {
     /// No axis.
     pub const EMPTY: AxisSet = AxisSet(0);
+    /// All that a machine can have.
+    pub const ALL: AxisSet = AxisSet((1 << AXES) - 1);
 
     /// Adds an axis.
     pub fn insert(&mut self, axis: Axis) {
@@ -136,7 +138,12 @@ impl AxisSet {
 
     /// The axes of the set, in order.
     pub fn iter(self) -> impl Iterator<Item = Axis> {
-        Axis::ALL.into_iter().filter(move |axis| self.contains(*axis))
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let axis = *Axis::ALL.get(left.trailing_zeros() as usize)?;
+            left &= left - 1;
+            Some(axis)
+        })
     }
 }
 

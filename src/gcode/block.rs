@@ -194,6 +194,11 @@ impl Block {
         self.is_plain
     }
 
+    /// Whether there are words with numbers on the line, and nothing else.
+    pub fn is_words_only(&self) -> bool {
+        self.is_plain && !self.words.is_empty() && self.call.is_none()
+    }
+
     /// Where the program goes on, if the line decides that.
     pub fn statement(&self) -> Option<&Statement> {
         self.extras.statement.as_ref()
@@ -291,6 +296,17 @@ impl Block {
         self.words.get(usize::from(self.places[usize::from(letter_place(letter))]))
     }
 
+    /// The first word of each letter of a set, in the order of letters.
+    #[inline]
+    pub fn words_of(&self, letters: u32) -> impl Iterator<Item = &Word> {
+        let mut left = self.present & letters;
+        std::iter::from_fn(move || {
+            let place = self.places.get(left.trailing_zeros() as usize)?;
+            left &= left - 1;
+            self.words.get(usize::from(*place))
+        })
+    }
+
     /// The first word whose letter is in a set.
     pub fn first_of(&self, letters: u32) -> Option<&Word> {
         self.words.iter().find(|word| letters & letter_bit(word.letter) != 0)
@@ -316,11 +332,11 @@ impl Block {
     /// Adds a word. Gives it back if its letter, other than G and M, stands there already.
     #[inline]
     pub(super) fn push(&mut self, word: Word) -> Result<(), Word> {
-        let bit = letter_bit(word.letter);
-        if self.present & bit == 0 {
-            self.present |= bit;
+        let place = letter_place(word.letter);
+        if self.present >> place & 1 == 0 {
+            self.present |= 1 << place;
             // A line of 64 KiB holds at most 32 Ki words.
-            self.places[usize::from(letter_place(word.letter))] = self.words.len() as u16;
+            self.places[usize::from(place)] = self.words.len() as u16;
         } else if word.letter == b'G' || word.letter == b'M' {
             self.repeats = true;
         } else {

@@ -95,8 +95,28 @@ impl ArcTask<'_> {
         }
     }
 
+    /// The centre of an arc by I J K, if there is no doubt about it.
+    #[inline]
+    pub fn sure_center_mm(&self) -> Option<[f64; 2]> {
+        let words = self.plane.axes().map(|axis| self.block.word(center_letter(axis)));
+        if self.centers_absolute && words.iter().any(Option::is_none) {
+            return None;
+        }
+        let center = self.named_center(words.map(|word| word.map_or(0.0, |word| word.value)));
+        let radii = [self.start_mm, self.end_mm].map(|end| distance(end, center));
+        let is_sure = (radii[0] - radii[1]).abs() <= DOUBTFUL_MM.min(self.tolerance_mm)
+            && radii[0].min(radii[1]) >= RADIUS_MIN_MM;
+        is_sure.then_some(center)
+    }
+
+    /// Where words say that the centre is.
+    #[inline]
+    fn named_center(&self, offset: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| self.center_origin_mm[i] + offset[i] * self.mm_per_unit)
+    }
+
     fn by_center(&self, offset: [f64; 2], faults: &mut Vec<Fault>) -> Option<[f64; 2]> {
-        let center = [0, 1].map(|i| self.center_origin_mm[i] + offset[i] * self.mm_per_unit);
+        let center = self.named_center(offset);
         let start_radius = distance(self.start_mm, center);
         let end_radius = distance(self.end_mm, center);
         let greater = start_radius.max(end_radius);

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::base::{Axis, Point};
+use crate::base::{Axis, AxisSet, Point};
 use crate::gcode::{Block, Fault, rules};
 
 use super::arc::sweep_rad;
@@ -19,7 +19,7 @@ const AXES: [[Axis; 3]; 3] =
 /// What is wrong with a move that takes longer than a day.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     let feed_min = step.kind.feed_mm_min()?;
-    if length_most(step).is_some_and(|most| most <= feed_min * MOVE_MIN_MAX) {
+    if is_quick(step, AxisSet::ALL) {
         return None;
     }
     let (length, unit) = length_and_unit(step);
@@ -38,12 +38,21 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     Some(fault.help(help))
 }
 
+/// Whether a move that goes along these axes alone is sure to take no longer than a day.
+#[inline]
+pub(super) fn is_quick(step: &Move, along: AxisSet) -> bool {
+    match (step.kind.feed_mm_min(), length_most(step, along)) {
+        (Some(feed_min), Some(most)) => most <= feed_min * MOVE_MIN_MAX,
+        (feed_min, _) => feed_min.is_none(),
+    }
+}
+
 /// What the length of a line or an arc cannot exceed: the sum of its ways along the axes, and for an
 /// arc so many turns at such a sum for its radius. This needs no roots and angles, and runs for every
 /// move.
-fn length_most(step: &Move) -> Option<f64> {
-    let ways = step.to.0.iter().zip(&step.from.0).map(|(to, from)| (to - from).abs());
-    let straight: f64 = ways.sum();
+#[inline]
+fn length_most(step: &Move, along: AxisSet) -> Option<f64> {
+    let straight: f64 = along.iter().map(|axis| (step.to[axis] - step.from[axis]).abs()).sum();
     let (plane, center_mm, turns) = match step.kind {
         MoveKind::Rapid | MoveKind::Line { .. } => return Some(straight),
         MoveKind::Arc { plane, center_mm, turns, .. } => (plane, center_mm, turns),

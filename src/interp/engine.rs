@@ -1,20 +1,20 @@
 //! One block, whatever stands on it: expressions get their values, parameters are set, messages are
 //! said, and what is left goes to the executor.
 
-use crate::base::{Axis, CallSite, Event, EventKind, Machine};
+use crate::base::{Axis, AxisSet, CallSite, Event, EventKind, Machine};
 use crate::gcode::codes::{Stock, Turn, nearest};
 use crate::gcode::{Assignment, Block, Fault, Formula, Message, MessageKind, Word, rules, short};
 
 use super::Options;
 use super::check::Said;
-use super::duration::too_slow;
+use super::duration::{is_quick, too_slow};
 use super::execute::{Executor, MotionMode, Output, is_error};
 use super::feed::Turning;
 use super::findings::{Findings, Kept, Place};
 use super::flow::Flow;
 use super::motion::Motion;
 use super::parameters::{
-    NoValue, Parameters, Reason, SYSTEM_FIRST, Set, Target, is_empty, is_macro_call, plain,
+    NoValue, Parameters, Reason, SYSTEM_FIRST, Set, Target, Value, is_empty, is_macro_call, plain,
 };
 use super::plunge::{Plunges, is_cut};
 use super::system::read_only;
@@ -95,8 +95,18 @@ impl<'a> Engine<'a> {
         if !block.is_plain() || is_macro_call(block) {
             return self.compute(block, place, motions);
         }
+        self.run(block, place, motions)
+    }
+
+    /// Runs the words of a block.
+    #[inline]
+    fn run(&mut self, block: &Block, place: &Place<'_>, motions: &mut Vec<Motion>) -> Flow {
         let first = motions.len();
         let mut out = output(place, motions, &mut self.faults);
+        if let Some(named) = self.executor.run_plain_move(block, &mut out) {
+            self.judge_plain_move(&motions[first..], named, block, place);
+            return Flow::Next;
+        }
         let flow = self.executor.run(block, &mut out);
         self.judge(&motions[first..], block, place);
         self.keep_corner(place);
@@ -105,34 +115,34 @@ impl<'a> Engine<'a> {
 
     #[inline(never)]
     fn compute(&mut self, block: &Block, place: &Place<'_>, motions: &mut Vec<Motion>) -> Flow {
-        let mut computed = self.computed.take().unwrap_or_default();
-        if block.words().is_empty() && block.call.is_none() {
-            computed.clear();
-            computed.delete = block.delete;
-        } else {
-            computed.copy_words(block);
-            self.give_values(block, &mut computed);
+        if block.words().is_empty() && block.messages().is_empty() && block.call.is_none() {
+            // It sets parameters, and most often that is all.
+            let alarm = self.set(block, place);
+            self.stop(motions);
+            return match self.faults.as_slice() {
+                _ if alarm => Flow::Alarm,
+                [] => Flow::Next,
+                _ => self.run(&Block::default(), place, motions),
+            };
         }
+        let mut computed = self.computed.take().unwrap_or_default();
+        computed.copy_words(block);
+        self.give_values(block, &mut computed);
         let alarm = self.set(block, place);
         self.stop(motions);
         for message in block.messages() {
             self.say(*message, place);
         }
-        let first = motions.len();
         let flow = if alarm {
             Flow::Alarm
         } else if is_macro_call(&computed) {
             macro_call(&computed, &mut self.faults)
         } else if !computed.words().is_empty() || computed.call.is_some() || !self.faults.is_empty()
         {
-            let mut out = output(place, motions, &mut self.faults);
-            let flow = self.executor.run(&computed, &mut out);
-            self.keep_corner(place);
-            flow
+            self.run(&computed, place, motions)
         } else {
             Flow::Next
         };
-        self.judge(&motions[first..], &computed, place);
         self.computed = Some(computed);
         flow
     }
@@ -255,28 +265,18 @@ impl<'a> Engine<'a> {
     }
 
     /// Gives words the values of their expressions; those that have none are left out.
+    #[inline]
     fn give_values(&mut self, block: &Block, computed: &mut Block) {
         self.left_out.clear();
         for (place, formula) in block.values() {
             let Some(word) = block.words().get(usize::from(*place)) else { continue };
             match self.parameters.value(block.code(*formula), &self.executor) {
-                Ok(value) if is_empty(value) => self.left_out.push(*place),
-                Ok(value) if plain(value).abs() > WORD_MAX => {
-                    let message = format!("{} is beyond {WORD_MAX}", short(value));
-                    self.faults.push(Fault::word(&rules::BAD_NUMBER, word, message));
-                    self.left_out.push(*place);
-                }
-                Ok(value) => {
-                    let value = plain(value);
+                Ok(value) if value.abs() <= WORD_MAX => {
                     let is_code = matches!(word.letter, b'G' | b'M');
                     computed.give_value(*place, if is_code { nearest(value) } else { value });
                 }
-                Err(error) => {
-                    self.faults.push(fault(*error, word.start, word.end));
-                    self.left_out.push(*place);
-                    // That a feed is missing then need not be said.
-                    self.executor.feed_missed |= word.letter == b'F';
-                }
+                Ok(value) if is_empty(value) => self.left_out.push(*place),
+                other => self.refuse_value(other, word, *place, computed),
             }
         }
         if !self.left_out.is_empty() {
@@ -284,7 +284,27 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// Gives a word a value that is no ordinary number, or leaves it out.
+    #[cold]
+    fn refuse_value(&mut self, value: Value, word: &Word, place: u16, computed: &mut Block) {
+        match value.map(plain) {
+            Ok(value) if value.abs() > WORD_MAX => {
+                let message = format!("{} is beyond {WORD_MAX}", short(value));
+                self.faults.push(Fault::word(&rules::BAD_NUMBER, word, message));
+                self.left_out.push(place);
+            }
+            Ok(value) => computed.give_value(place, value),
+            Err(error) => {
+                self.faults.push(fault(*error, word.start, word.end));
+                self.left_out.push(place);
+                // That a feed is missing then need not be said.
+                self.executor.feed_missed |= word.letter == b'F';
+            }
+        }
+    }
+
     /// Sets parameters: all right sides first. Tells whether that raises an alarm.
+    #[inline]
     pub fn set(&mut self, block: &Block, place: &Place<'_>) -> bool {
         match block.assignments() {
             [] => false,
@@ -292,21 +312,25 @@ impl<'a> Engine<'a> {
                 Some((target, value)) => self.assign(target, value, assignment, place),
                 None => false,
             },
-            several => {
-                let found = several.iter().map(|assignment| self.assigned(block, assignment));
-                let found: Vec<_> = found.collect();
-                let mut alarm = false;
-                for (found, assignment) in found.iter().zip(several) {
-                    if let Some((target, value)) = found {
-                        alarm |= self.assign(*target, *value, assignment, place);
-                    }
-                }
-                alarm
-            }
+            several => self.set_several(several, block, place),
         }
     }
 
+    #[inline(never)]
+    fn set_several(&mut self, several: &[Assignment], block: &Block, place: &Place<'_>) -> bool {
+        let found = several.iter().map(|assignment| self.assigned(block, assignment));
+        let found: Vec<_> = found.collect();
+        let mut alarm = false;
+        for (found, assignment) in found.iter().zip(several) {
+            if let Some((target, value)) = found {
+                alarm |= self.assign(*target, *value, assignment, place);
+            }
+        }
+        alarm
+    }
+
     /// What an assignment sets, and to which value.
+    #[inline]
     fn assigned<'b>(
         &mut self,
         block: &Block,
@@ -326,6 +350,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Sets what has been found; tells whether that raises an alarm.
+    #[inline]
     fn assign(
         &mut self,
         target: Target<'_>,
@@ -333,9 +358,23 @@ impl<'a> Engine<'a> {
         assignment: &Assignment,
         place: &Place<'_>,
     ) -> bool {
-        let (start, end) = (assignment.start, assignment.end);
         match self.set_one(target, value) {
-            Ok(Set::Done) => return false,
+            Ok(Set::Done) => false,
+            other => self.tell_set(other, assignment, place),
+        }
+    }
+
+    /// Does what setting a parameter asks for beside; tells whether that is an alarm.
+    #[cold]
+    fn tell_set(
+        &mut self,
+        result: Result<Set, NoValue>,
+        assignment: &Assignment,
+        place: &Place<'_>,
+    ) -> bool {
+        let (start, end) = (assignment.start, assignment.end);
+        match result {
+            Ok(Set::Done) => {}
             Ok(Set::Stop) => {
                 self.stops = true;
                 self.tell(MessageKind::Message, comment(place.text), place);
@@ -362,6 +401,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Sets a parameter of the control or of the program.
+    #[inline]
     fn set_one(&mut self, target: Target<'_>, value: f64) -> Result<Set, NoValue> {
         let own = match target {
             Target::Number(number) if number < SYSTEM_FIRST => None,
@@ -459,6 +499,27 @@ impl<'a> Engine<'a> {
                     self.faults.extend(too_slow(step, block));
                 }
             }
+        }
+    }
+
+    /// The same for a plain move, of which most is known: see [`Executor::run_plain_move`].
+    #[inline]
+    fn judge_plain_move(
+        &mut self,
+        motions: &[Motion],
+        named: AxisSet,
+        block: &Block,
+        place: &Place<'_>,
+    ) {
+        let Some(travel) = &mut self.travel else { return };
+        let [Motion::Move(step)] = motions else { return };
+        // A block with a fault may have led elsewhere without a move.
+        let is_all = self.findings.errors == 0 && is_cut(step) && is_quick(step, named);
+        if is_all && travel.add_along(named, step, block, place) {
+            self.plunges.spindle(self.executor.turning != Turning::Stopped);
+            self.plunges.cut(step);
+        } else {
+            self.judge(motions, block, place);
         }
     }
 

@@ -12,18 +12,32 @@ use super::parameters::{Parameters, Value, is_empty, plain, refuse};
 const EQUAL_WITHIN: f64 = 1e-6;
 
 impl Parameters {
-    /// The value of an expression: a number, [`EMPTY`] or [`UNSET`].
+    /// The value of an expression: a number, [`EMPTY`] or [`UNSET`]. The value on top is kept beside
+    /// the stack: most steps take it and put another there.
     pub fn value(&mut self, code: &[Step], executor: &Executor<'_>) -> Value {
         let Some((first, rest)) = code.split_first() else { return Ok(0.0) };
-        let first = self.operand(first, executor)?;
-        if rest.is_empty() {
-            return Ok(first);
+        let mut top = self.operand(first, executor)?;
+        self.stack.clear();
+        for step in rest {
+            top = match step {
+                Step::WithNumber(operator, value) => self.binary(*operator, top, *value)?,
+                Step::WithParameter(operator, number) => {
+                    self.binary(*operator, top, self.numbered(*number, executor)?)?
+                }
+                Step::Binary(operator) => {
+                    let first = self.stack.pop().unwrap_or_default();
+                    self.binary(*operator, first, top)?
+                }
+                Step::Function(function) => self.function(*function, plain(top))?,
+                Step::Negate => -plain(top),
+                Step::Indirect => self.numbered(Self::number_of(top)?, executor)?,
+                Step::Number(_) | Step::Parameter(_) | Step::Named(_) | Step::Exists(_) => {
+                    self.stack.push(top);
+                    self.operand(step, executor)?
+                }
+            };
         }
-        let mut stack = std::mem::take(&mut self.stack);
-        stack.clear();
-        let value = self.run(first, rest, &mut stack, executor);
-        self.stack = stack;
-        value
+        Ok(top)
     }
 
     /// What a step puts on the stack without taking anything from it.
@@ -47,37 +61,6 @@ impl Parameters {
     /// The value of an expression, where having none counts as 0.
     pub fn number(&mut self, code: &[Step], executor: &Executor<'_>) -> Value {
         self.value(code, executor).map(plain)
-    }
-
-    /// Runs code behind its first value. The value on top is kept beside the stack: most steps take
-    /// it and put another there.
-    fn run(
-        &self,
-        first: f64,
-        code: &[Step],
-        stack: &mut Vec<f64>,
-        executor: &Executor<'_>,
-    ) -> Value {
-        let mut top = first;
-        for step in code {
-            top = match step {
-                Step::WithNumber(operator, value) => self.binary(*operator, top, *value)?,
-                Step::WithParameter(operator, number) => {
-                    self.binary(*operator, top, self.numbered(*number, executor)?)?
-                }
-                Step::Binary(operator) => {
-                    self.binary(*operator, stack.pop().unwrap_or_default(), top)?
-                }
-                Step::Function(function) => self.function(*function, plain(top))?,
-                Step::Negate => -plain(top),
-                Step::Indirect => self.numbered(Self::number_of(top)?, executor)?,
-                Step::Number(_) | Step::Parameter(_) | Step::Named(_) | Step::Exists(_) => {
-                    stack.push(top);
-                    self.operand(step, executor)?
-                }
-            };
-        }
-        Ok(top)
     }
 
     fn function(&self, function: Function, x: f64) -> Value {

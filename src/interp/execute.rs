@@ -256,7 +256,7 @@ impl<'a> Executor<'a> {
         if let Some(call) = &block.call {
             return call_flow(block, call, out.faults);
         }
-        if self.run_plain_move(block, out) {
+        if self.run_lone_move(block, out) {
             return Flow::Next;
         }
         let renamed = if self.is_lathe() { self.with_commas(block) } else { None };

@@ -4,7 +4,7 @@ use crate::base::{Axis, Point};
 use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS, POLAR_LETTERS};
 use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 
-use super::arc::{ArcTask, center_letter};
+use super::arc::center_letter;
 use super::execute::{Asked, Executor, MotionMode, Output};
 use super::motion::{Bound, Corner, Motion, Move, MoveKind};
 use super::words::{machine_coordinates_alone, whole};
@@ -309,21 +309,9 @@ impl Executor<'_> {
         let is_plain = self.frames.is_plain();
         let named = |point: &Point| if is_plain { *point } else { self.frames.program(point) };
         let (start, end) = (named(&self.position_mm), named(to));
-        let start_mm = axes.map(|axis| start[axis]);
-        let zero_mm = axes.map(|axis| if is_plain { self.frames.offset_mm()[axis] } else { 0.0 });
-        let task = ArcTask {
-            block,
-            plane: self.plane,
-            ccw,
-            start_mm,
-            end_mm: axes.map(|axis| end[axis]),
-            mm_per_unit: self.mm_per_unit,
-            end_origin_mm: if self.absolute { zero_mm } else { start_mm },
-            center_origin_mm: if self.centers_absolute { zero_mm } else { start_mm },
-            centers_absolute: self.centers_absolute,
-            tolerance_mm: self.machine.arc_radius_tolerance_mm,
-            steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
-        };
+        let ends_mm = [&start, &end].map(|point| axes.map(|axis| point[axis]));
+        let zero_mm = if is_plain { self.frames.offset_mm() } else { &Point::ZERO };
+        let task = self.arc_task(block, ccw, ends_mm, zero_mm);
         let mut center_mm = task.center_mm(faults)?;
         if !is_plain {
             let mut center = start;

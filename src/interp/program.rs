@@ -65,6 +65,11 @@ impl Tape {
         self.has_begun |= !block.is_empty();
         ends
     }
+
+    /// Takes a block that is no `%`, and not empty.
+    pub fn begin(&mut self) {
+        self.has_begun = true;
+    }
 }
 
 /// The program number that a block begins with.

@@ -82,6 +82,8 @@ pub(super) struct Run<'a> {
     /// Whether what follows the main program begins inside of another one.
     pub rest_in_program: bool,
     pub text: TextOptions,
+    /// Typed blocks need no end.
+    typed: bool,
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
@@ -122,6 +124,7 @@ impl<'a> Run<'a> {
             source: source.clone(),
             rest_in_program: false,
             text,
+            typed: options.typed,
             dialect: options.dialect,
             max_passes,
             passes: 0,
@@ -177,7 +180,11 @@ impl<'a> Run<'a> {
         engine.judge_delete(&self.block);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let mut flow = Flow::Next;
-        if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
+        // Most lines: nothing but words, and none that could begin a program.
+        if self.block.is_words_only() && !self.block.has(b'O') && engine.faults.is_empty() {
+            self.tape.begin();
+            flow = engine.execute(&self.block, &place, motions);
+        } else if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
             self.end = End::NotText;
         } else if self.tape.ends_at(&self.block) {
             self.end = End::Text;
@@ -222,41 +229,59 @@ impl<'a> Run<'a> {
 
     fn step_body(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {
         let Some(frame) = self.frames.last_mut() else { return Ok(()) };
-        let body = Rc::clone(&frame.body);
         let at = frame.next;
         frame.next += 1;
-        let Some((block, line, text)) = body.get(at) else {
+        let Some((block, line, text)) = frame.body.get(at) else {
             return self.end_of_frame();
         };
-        let calls = Rc::clone(&self.calls);
-        let place = Place { line, text, calls: &calls, file: body.file_name.as_deref() };
-        if !self.counts_work(1 + (text.len() / WORK_BYTES) as u64, place) {
+        let file = frame.body.file_name.as_deref();
+        let place = Place { line, text, calls: &self.calls, file };
+        self.work += 1 + (text.len() / WORK_BYTES) as u64;
+        let mut flow = Flow::Statement;
+        if self.work <= self.work_max {
+            self.engine.judge_delete(block);
+            if block.statement().is_none() {
+                let first = motions.len();
+                flow = self.engine.execute(block, &place, motions);
+                self.engine.report(&place, true);
+                self.work += (motions.len() - first) as u64 * WORK_OF_MOVE;
+            }
+        }
+        if flow == Flow::Next && self.work <= self.work_max {
             return Ok(());
         }
-        self.engine.judge_delete(block);
-        if block.statement().is_some() {
-            self.engine.blocks += 1;
-            self.engine.executor.line = line;
-            let result = self.statement(&body, at, block, &place);
-            self.engine.report(&place, true);
-            return result;
-        }
-        let first = motions.len();
-        let flow = self.engine.execute(block, &place, motions);
-        self.engine.report(&place, true);
-        let made = (motions.len() - first) as u64;
-        if !self.counts_work(made * WORK_OF_MOVE, place) || flow == Flow::Next {
-            return Ok(());
-        }
-        self.follow(flow, block, place, motions)
+        let (body, calls) = (Rc::clone(&frame.body), Rc::clone(&self.calls));
+        self.lead_on(flow, at, &body, &calls, motions)
     }
 
-    /// Counts the work of what may run again; false, and reported, if it is too much.
-    fn counts_work(&mut self, made: u64, place: Place<'_>) -> bool {
-        self.work += made;
-        if self.work <= self.work_max {
-            return true;
+    /// Goes where a block of something kept leads, unless there has been too much work.
+    fn lead_on(
+        &mut self,
+        flow: Flow,
+        at: usize,
+        body: &Rc<Body>,
+        calls: &[CallSite],
+        motions: &mut Vec<Motion>,
+    ) -> io::Result<()> {
+        let Some((block, line, text)) = body.get(at) else { return Ok(()) };
+        let place = Place { line, text, calls, file: body.file_name.as_deref() };
+        if self.work > self.work_max {
+            self.refuse_work(&place);
+            return Ok(());
         }
+        if flow != Flow::Statement {
+            return self.follow(flow, block, place, motions);
+        }
+        self.engine.blocks += 1;
+        self.engine.executor.line = line;
+        let result = self.statement(body, at, block, &place);
+        self.engine.report(&place, true);
+        result
+    }
+
+    /// Reports that what may run again has made too much work.
+    #[cold]
+    fn refuse_work(&mut self, place: &Place<'_>) {
         let message = format!(
             "subprograms and loops have run over {} blocks up to here, a move counted as \
              {WORK_OF_MOVE}",
@@ -264,9 +289,8 @@ impl<'a> Run<'a> {
         );
         let fault = Fault::new(&rules::MAX_PASSES, 0, place.text.len() as u32, message);
         let help = "is a count of calls, of repeats or of cuts too great?";
-        self.engine.findings.add(fault.help(help), place);
+        self.engine.findings.add(fault.help(help), *place);
         self.end = End::GivenUp;
-        false
     }
 
     /// Goes where a block leads.
@@ -332,7 +356,7 @@ impl<'a> Run<'a> {
     /// read last is no part of it any more.
     fn missing_end(&mut self, is_over: bool) -> io::Result<()> {
         // What is run a second time has been warned of.
-        if self.engine.blocks > 0 && self.engine.travel.is_some() {
+        if !self.typed && self.engine.blocks > 0 && self.engine.travel.is_some() {
             let (number, text) = self.last_line(is_over)?;
             let message = "the program ends here, without M2, M30 or a closing %";
             let place = Place { line: number, text: &text, calls: &[], file: None };

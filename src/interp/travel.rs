@@ -129,16 +129,11 @@ impl Travel {
         }
         self.point(&step.to, block, place, open);
         if let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind {
-            let axes = plane.axes();
-            let ends = [step.from, step.to].map(|point| axes.map(|axis| point[axis]));
-            let radius_mm = distance(ends[0], center_mm).max(distance(ends[1], center_mm));
-            let adds_nothing = |(axis, center): (Axis, f64)| {
-                let circle = [center - radius_mm, center + radius_mm];
-                !self.fixed.contains(axis) && self.known_mm.contain(axis, circle)
-            };
-            if axes.into_iter().zip(center_mm).all(adds_nothing) {
+            if self.fixed.is_empty() && self.contains_circle(step) {
                 return;
             }
+            let axes = plane.axes();
+            let ends = [step.from, step.to].map(|point| axes.map(|axis| point[axis]));
             let bounds = bounds_mm(ends[0], ends[1], center_mm, ccw, turns);
             for (axis, reach) in axes.into_iter().zip(bounds) {
                 self.reach(axis, reach, block, place, open);
@@ -149,6 +144,41 @@ impl Travel {
                 self.reach(axis, reach, block, place, open);
             }
         }
+    }
+
+    /// Takes a move of the part along these axes, no spline, if that is all there is to it; false if
+    /// it has to be told what the move is named in, and then added.
+    #[inline]
+    pub fn add_along(
+        &mut self,
+        along: AxisSet,
+        step: &Move,
+        block: &Block,
+        place: &Place<'_>,
+    ) -> bool {
+        if !self.any || !self.fixed.is_empty() || !self.contains_circle(step) {
+            return false;
+        }
+        for axis in along.iter() {
+            let at = [step.to[axis]; 2];
+            if !self.known_mm.contain(axis, at) {
+                self.reach(axis, at, block, place, AxisSet::EMPTY);
+            }
+        }
+        true
+    }
+
+    /// Whether the circle of an arc adds nothing; of other moves there is none.
+    #[inline]
+    fn contains_circle(&self, step: &Move) -> bool {
+        let MoveKind::Arc { plane, center_mm, .. } = step.kind else { return true };
+        let axes = plane.axes();
+        let radius_mm = |point: &Point| distance(axes.map(|axis| point[axis]), center_mm);
+        let radius_mm = radius_mm(&step.from).max(radius_mm(&step.to));
+        let is_known = |(axis, center): (Axis, f64)| {
+            self.known_mm.contain(axis, [center - radius_mm, center + radius_mm])
+        };
+        axes.into_iter().zip(center_mm).all(is_known)
     }
 
     fn point(&mut self, point: &Point, block: &Block, place: &Place<'_>, open: AxisSet) {
