@@ -132,7 +132,7 @@ fn programs_take_the_least_time() {
             let ratio = planned_s / least_s;
             let told = format!("{} on {}", program.name, machine.id);
             let told = format!("{told}: {planned_s:.3} s, least {least_s:.3} s: {ratio:.4}");
-            eprintln!("{told}");
+            programs::tell(&told);
             if !(0.998..1.01).contains(&ratio) {
                 over.push(told);
             }
