@@ -15,6 +15,7 @@ mod master;
 mod node;
 mod nodes;
 mod order;
+mod pacing;
 mod report;
 
 pub use direct::{Audit, Direct, DirectError, Home, HomeRun, RawJog, homing, raw_jog};
@@ -25,4 +26,5 @@ pub use lint::{Proof, lint};
 pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, HOME_STEPS, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
+pub use pacing::{Pacing, PacingFigures, SLIDE_US};
 pub use report::{AxisEnd, During, End, Ending, Fault, Position};

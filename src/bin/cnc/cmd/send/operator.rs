@@ -58,8 +58,11 @@ impl Terminal {
         self.stops_on_input = true;
     }
 
-    /// Asks for a yes; without a terminal the answer is yes.
+    /// Asks for a yes; without a terminal the answer is yes, and no once the system wants an end.
     pub fn asks(&self, question: &str) -> bool {
+        if self.interrupts.by_system().is_some() {
+            return false;
+        }
         if !self.can_ask {
             return true;
         }
@@ -132,10 +135,14 @@ impl Operator for Terminal {
         }
         if count > self.told {
             self.told = count;
-            self.say(if count == 1 {
-                "stopping where the axes are slow enough; a second Ctrl-C does not wait for that"
+            let why = self.interrupts.by_system().map_or(String::new(), |why| format!("{why}: "));
+            self.say(&if count == 1 {
+                format!(
+                    "{why}stopping where the axes are slow enough; a second Ctrl-C does not wait for \
+                     that"
+                )
             } else {
-                "stopping at once"
+                format!("{why}stopping at once")
             });
         }
         count
