@@ -190,6 +190,15 @@ pub const TICK_MARGIN_US: u32 = 280;
 /// Most steps a tick whose byte is never taken for an ID on the bus (H1).
 pub const COUNT_MAX_SAFE: u32 = 119;
 
+impl AxisProfile {
+    /// Nearest motor step to where the home switch closes: [`AxisProfile::home_mm`], or else the
+    /// least position of the travel, for nodes home towards minus.
+    pub fn switch_steps(&self) -> Option<i64> {
+        let switch_mm = self.home_mm.or(self.travel_mm.map(|[low, _]| low))?;
+        Some((switch_mm * self.steps_per_mm).round_ties_even() as i64)
+    }
+}
+
 impl Bus {
     /// The host's period in seconds.
     pub fn tick_s(&self) -> f64 {

@@ -118,6 +118,8 @@ pub struct Options {
     pub block_delete: bool,
     /// Whether words of other controls that mean nothing here are left out, with a warning.
     pub lenient: bool,
+    /// Whether the text is no program but typed blocks, which need no end.
+    pub typed: bool,
     /// Folders below which subprograms may lie in files of their own, in order of search.
     pub folders: Vec<PathBuf>,
     /// Most passes that all loops, repeats and backward GOTOs of a run may make together; none:

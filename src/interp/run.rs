@@ -82,6 +82,8 @@ pub(super) struct Run<'a> {
     /// Whether what follows the main program begins inside of another one.
     pub rest_in_program: bool,
     pub text: TextOptions,
+    /// Typed blocks need no end.
+    typed: bool,
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
@@ -122,6 +124,7 @@ impl<'a> Run<'a> {
             source: source.clone(),
             rest_in_program: false,
             text,
+            typed: options.typed,
             dialect: options.dialect,
             max_passes,
             passes: 0,
@@ -353,7 +356,7 @@ impl<'a> Run<'a> {
     /// read last is no part of it any more.
     fn missing_end(&mut self, is_over: bool) -> io::Result<()> {
         // What is run a second time has been warned of.
-        if self.engine.blocks > 0 && self.engine.travel.is_some() {
+        if !self.typed && self.engine.blocks > 0 && self.engine.travel.is_some() {
             let (number, text) = self.last_line(is_over)?;
             let message = "the program ends here, without M2, M30 or a closing %";
             let place = Place { line: number, text: &text, calls: &[], file: None };

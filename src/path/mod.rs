@@ -4,10 +4,12 @@
 //! doglegs where the machine moves its axes independently. Moves that go nowhere are left out. This stage knows no speed but the feed asked for, no steps and no ticks.
 
 mod dogleg;
+mod jog;
 mod rates;
 mod segment;
 mod spline;
 
+pub use jog::{JogError, jog};
 pub use rates::Rates;
 pub use segment::{Arc, Curve, PathItem, Segment};
 pub use spline::{MeasuredSpline, Span};

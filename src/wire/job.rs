@@ -9,8 +9,9 @@
 use crate::base::machine::{
     self, AxisProfile, Bus, COUNT_MAX_SAFE, PADS_MIN, Protocol, TICK_MARGIN_US, Unit,
 };
-use crate::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
+use crate::base::{Axis, AxisMap, AxisSet, Command, Event, EventKind, Machine, Tick};
 use crate::wire::codec;
+use crate::wire::direct::Direct;
 use crate::wire::error::JobError;
 use crate::wire::nodes::ExecutedTick;
 use crate::wire::order;
@@ -30,8 +31,12 @@ pub struct Job {
     pub extents_mm: AxisMap<Option<[f64; 2]>>,
     /// Ticks that the nodes execute, pads not counted.
     pub ticks: u64,
-    /// Nodes that take part in any buffer.
+    /// Nodes that take part in any buffer, or are told anything else.
     pub nodes: Vec<Unit>,
+    /// Axes that the job knows of; of others nothing is told at its end.
+    pub axes: AxisSet,
+    /// Axes of which nobody knows at the start where they stand.
+    pub unknown: AxisSet,
 }
 
 /// One step of a job.
@@ -41,6 +46,8 @@ pub enum Step {
     Buffer(Buffer),
     /// Something happens while all nodes are idle.
     Event(Event),
+    /// A node does something by itself while all others are idle.
+    Direct(Direct),
 }
 
 /// One buffer of the nodes.
@@ -127,14 +134,21 @@ impl Job {
             ticks: cutter.steps.iter().map(ticks).sum(),
             nodes,
             steps: cutter.steps,
+            axes: machine.axes.iter().map(|profile| profile.axis).collect(),
+            unknown: AxisSet::EMPTY,
         })
+    }
+
+    /// The same job, which knows of these axes only.
+    pub fn only(self, axes: AxisSet) -> Job {
+        Job { axes, ..self }
     }
 
     /// The buffers, in order.
     pub fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         self.steps.iter().filter_map(|step| match step {
             Step::Buffer(buffer) => Some(buffer),
-            Step::Event(_) => None,
+            Step::Event(_) | Step::Direct(_) => None,
         })
     }
 
@@ -162,6 +176,7 @@ impl Job {
         self.steps.iter().flat_map(|step| match step {
             Step::Buffer(buffer) => buffer.events.iter().map(|(_, event)| event).collect(),
             Step::Event(event) => vec![event],
+            Step::Direct(_) => Vec::new(),
         })
     }
 
@@ -185,14 +200,14 @@ fn dwell_s(kind: EventKind) -> f64 {
 fn participants(step: &Step) -> Vec<Unit> {
     match step {
         Step::Buffer(buffer) => buffer.fills.iter().map(|fill| fill.unit).collect(),
-        Step::Event(_) => Vec::new(),
+        Step::Event(_) | Step::Direct(_) => Vec::new(),
     }
 }
 
 fn ticks(step: &Step) -> u64 {
     match step {
         Step::Buffer(buffer) => buffer.lines.len() as u64,
-        Step::Event(_) => 0,
+        Step::Event(_) | Step::Direct(_) => 0,
     }
 }
 
@@ -288,7 +303,8 @@ impl<'a> Cutter<'a> {
         if let Some([low_mm, high_mm]) = profile.travel_mm {
             let low = (low_mm * profile.steps_per_mm).round() as i64;
             let high = (high_mm * profile.steps_per_mm).round() as i64;
-            if !(low..=high).contains(&steps) {
+            // An axis may stand outside, at its home switch, and come back.
+            if (steps < low && count < 0) || (steps > high && count > 0) {
                 let position_mm = steps as f64 / profile.steps_per_mm;
                 return Err(JobError::Travel { axis, position_mm, low_mm, high_mm, tick, line });
             }

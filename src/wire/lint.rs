@@ -8,9 +8,10 @@
 
 use crate::base::Machine;
 use crate::base::machine::{HOST_ID, Unit};
+use crate::wire::direct::Direct;
 use crate::wire::error::JobError;
 use crate::wire::frame;
-use crate::wire::job::{Buffer, Fill, Job};
+use crate::wire::job::{Buffer, Fill, Job, Step};
 
 /// What a proof has looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,14 +38,20 @@ pub fn lint(job: &Job, machine: &Machine) -> Result<Proof, JobError> {
     let nodes: Vec<Listener> = machine.bus.units().map(listener).collect();
     let proof = Proof { nodes: nodes.len(), ..Proof::default() };
     let mut bus = Bus { nodes, proof, tick: 0, lines: &[] };
-    for (at, buffer) in job.buffers().enumerate() {
-        bus.lines = &buffer.lines;
-        if at == 0 {
+    for step in &job.steps {
+        if !matches!(step, Step::Event(_)) && bus.proof.bytes == 0 {
             bus.pings(&job.nodes)?;
         }
-        bus.buffer(buffer)?;
-        bus.proof.buffers += 1;
-        bus.tick += buffer.lines.len() as u64;
+        match step {
+            Step::Event(_) => {}
+            Step::Direct(direct) => bus.direct(direct)?,
+            Step::Buffer(buffer) => {
+                bus.lines = &buffer.lines;
+                bus.buffer(buffer)?;
+                bus.proof.buffers += 1;
+                bus.tick += buffer.lines.len() as u64;
+            }
+        }
     }
     Ok(bus.proof)
 }
@@ -98,6 +105,23 @@ impl<'a> Bus<'a> {
         self.hear(&vec![frame::SYNC; entries], &units)?;
         self.nodes.iter_mut().for_each(|node| node.is_full = false);
         self.pings(&units)
+    }
+
+    fn direct(&mut self, direct: &Direct) -> Result<(), JobError> {
+        let unit = direct.unit();
+        self.pings(&[unit])?;
+        match direct {
+            Direct::Home(_) => {
+                self.hear(&frame::home(unit.id), &[unit])?;
+                self.hear(&frame::home(unit.id), &[unit])?;
+            }
+            Direct::Jog(jog) => {
+                frame::jog(unit.id, jog.byte())
+                    .iter()
+                    .try_for_each(|pair| self.hear(pair, &[unit]))?;
+            }
+        }
+        self.pings(&[unit])
     }
 
     fn pings(&mut self, units: &[Unit]) -> Result<(), JobError> {

@@ -5,6 +5,7 @@
 //! what may go wrong between. Time is an argument, in microseconds. What drives them stands in `wire_io`.
 
 pub mod codec;
+mod direct;
 mod error;
 mod frame;
 mod inject;
@@ -17,12 +18,13 @@ mod order;
 mod pacing;
 mod report;
 
+pub use direct::{Audit, Direct, DirectError, Home, HomeRun, RawJog, homing, raw_jog};
 pub use error::JobError;
 pub use inject::{FaultKind, FaultSpec, FaultSpecError, Faults, Phase, Random, Struck, Who};
 pub use job::{Buffer, Fill, Job, Step};
 pub use lint::{Proof, lint};
 pub use master::{Master, MasterEvent, Progress, Timing};
-pub use node::{ANSWER_PAUSE_US, Activity, Happening, Node, Run};
+pub use node::{ANSWER_PAUSE_US, Activity, HOME_STEPS, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
 pub use pacing::{Pacing, PacingFigures, SLIDE_US};
 pub use report::{AxisEnd, During, End, Ending, Fault, Position};

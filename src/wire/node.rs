@@ -26,8 +26,10 @@ pub const SPI_US: u64 = machine::SPI_US as u64;
 
 /// Bytes that the UART keeps while the firmware is busy.
 const RECEIVER_BYTES: usize = 4;
-/// Homing's feed: 80 steps a tick towards minus.
-const HOME_FEED: u8 = 80 | NEGATIVE;
+/// Steps of each tick of homing, towards minus. The switch is looked at between ticks.
+pub const HOME_STEPS: u8 = 80;
+/// Homing's feed.
+const HOME_FEED: u8 = HOME_STEPS | NEGATIVE;
 
 /// What a node did that somebody may want to know, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,6 +114,8 @@ pub struct Node {
     full: bool,
     master: bool,
     position_steps: i64,
+    /// The limit switch is closed from here on towards minus.
+    switch_steps: i64,
     answers: VecDeque<(u64, u8)>,
     runs: Vec<Run>,
     happenings: VecDeque<(u64, Happening)>,
@@ -120,7 +124,7 @@ pub struct Node {
 impl Node {
     /// A node just switched on. `entries` is its buffer's length (1500 in the listed firmware),
     /// `node_tick_us` the time in which it spreads a tick's pulses (10000 in the listed firmware),
-    /// `position_steps` where its axis stands, counted from the limit switch.
+    /// `position_steps` where its axis stands; its limit switch is at 0.
     pub fn new(id: u8, entries: u32, node_tick_us: u32, position_steps: i64) -> Self {
         Node {
             id,
@@ -134,10 +138,16 @@ impl Node {
             full: false,
             master: false,
             position_steps,
+            switch_steps: 0,
             answers: VecDeque::new(),
             runs: Vec::new(),
             happenings: VecDeque::new(),
         }
+    }
+
+    /// The same, with its limit switch at another position.
+    pub fn with_switch(self, switch_steps: i64) -> Self {
+        Node { switch_steps, ..self }
     }
 
     /// The node's ID.
@@ -165,7 +175,7 @@ impl Node {
         matches!(self.state, State::First)
     }
 
-    /// Where the axis stands, counted from the limit switch.
+    /// Where the axis stands.
     pub fn position_steps(&self) -> i64 {
         self.position_steps
     }
@@ -281,7 +291,8 @@ impl Node {
             self.buffer.clear();
             self.state = State::Fill;
         } else if first == HOME && second == self.id {
-            let ticks = self.position_steps.max(0).unsigned_abs().div_ceil(80);
+            let way_steps = self.position_steps.saturating_sub(self.switch_steps).max(0);
+            let ticks = way_steps.unsigned_abs().div_ceil(u64::from(HOME_STEPS));
             self.happenings.push_back((now_us, Happening::Homes { ticks }));
             self.step(HOME_FEED, ticks);
             self.answer(now_us + ticks * self.go_us(HOME_FEED));
@@ -348,11 +359,15 @@ impl Node {
         self.position_steps = self.position_steps.saturating_add(steps);
     }
 
-    /// How long a command byte takes: the SPI exchange, then each pulse high and low for
-    /// ⌊half a tick / steps⌋.
     fn go_us(&self, byte: u8) -> u64 {
-        let steps = u64::from(byte & !NEGATIVE);
-        let half_pulse_us = self.half_tick_us.checked_div(steps).unwrap_or(0);
-        SPI_US + 2 * steps * half_pulse_us
+        go_us(self.half_tick_us, byte)
     }
+}
+
+/// How long a command byte takes: the SPI exchange, then each pulse high and low for
+/// ⌊half a tick / steps⌋.
+pub(super) fn go_us(half_tick_us: u64, byte: u8) -> u64 {
+    let steps = u64::from(byte & !NEGATIVE);
+    let half_pulse_us = half_tick_us.checked_div(steps).unwrap_or(0);
+    SPI_US + 2 * steps * half_pulse_us
 }

@@ -82,8 +82,11 @@ impl Nodes {
     ) -> Self {
         let bus = &machine.bus;
         let node = |unit: Unit| {
+            let profile = unit.axis.and_then(|axis| machine.axis(axis));
             let start_steps = unit.axis.map_or(0, |axis| start_steps[axis]);
-            (unit, Node::new(unit.id, bus.buffer_ticks, bus.node_tick_us, start_steps))
+            let switch_steps = profile.map_or(0, |profile| profile.switch_steps().unwrap_or(0));
+            let node = Node::new(unit.id, bus.buffer_ticks, bus.node_tick_us, start_steps);
+            (unit, node.with_switch(switch_steps))
         };
         Nodes {
             nodes: units.into_iter().map(node).collect(),

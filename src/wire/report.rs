@@ -3,6 +3,7 @@
 
 use crate::base::Axis;
 use crate::base::machine::Unit;
+use crate::wire::direct::HomeRun;
 use crate::wire::pacing::Pacing;
 
 /// What was going on when something failed.
@@ -29,6 +30,8 @@ pub enum During {
         /// Its line of the NC program; that of the last movement in pads.
         line: u32,
     },
+    /// A node was sent to its limit switch.
+    Homing,
     /// Nothing was asked.
     Silence,
 }
@@ -42,6 +45,7 @@ impl std::fmt::Display for During {
             During::Tick { buffer, tick, line } => {
                 write!(f, "tick {tick} of buffer {buffer} (line {line})")
             }
+            During::Homing => write!(f, "the homing command"),
             During::Silence => write!(f, "nothing"),
         }
     }
@@ -103,6 +107,10 @@ fn remedy(during: During) -> &'static str {
         During::Tick { .. } => {
             "the axes have stopped in the middle of the buffer: switch all nodes off and on, then home"
         }
+        During::Homing => {
+            "the axis may still be running towards minus, switch or not, and nothing sent can stop it: \
+             switch its node off"
+        }
         During::Silence => "look for a second host or noise",
     }
 }
@@ -154,6 +162,8 @@ pub struct AxisEnd {
     pub steps: i64,
     /// The same in mm; degrees on rotary axes.
     pub position_mm: f64,
+    /// Whether these two mean anything: false if nobody knew at the start, nor does now.
+    pub counted: bool,
     /// What that is worth.
     pub position: Position,
 }
@@ -171,6 +181,8 @@ pub struct Ending {
     pub line: u32,
     /// Position of every axis that has a node.
     pub axes: Vec<AxisEnd>,
+    /// Axes that were homed, in order.
+    pub homed: Vec<HomeRun>,
     /// Nodes hold a buffer, or wait for data, that only switching them off makes them forget.
     pub power_cycle: bool,
     /// How well the ticks kept their period.

@@ -277,6 +277,7 @@ pub fn seen(ran: &Ran) -> BTreeSet<String> {
         During::FillCommand { .. } => "command",
         During::FillData { .. } => "data",
         During::Tick { .. } => "tick",
+        During::Homing => "homing",
         During::Silence => "silence",
     };
     seen.insert(match &ran.ending.end {

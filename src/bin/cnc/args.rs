@@ -14,6 +14,8 @@ Examples:
   cnc verify part.nc part.csv                are those steps the programmed path?
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
+  cnc jog /dev/ttyUSB0 X --by -5             move one axis by 5 mm
+  cnc home /dev/ttyUSB0                      send the axes to their switches
   cnc ports                                  which serial ports there are
   cnc machine show router                    what a machine can do
   cnc explain no-feed                        what a rule or a code means
@@ -70,6 +72,8 @@ pub enum Command {
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
     Send(cmd::send::Args),
+    Jog(cmd::jog::Args),
+    Home(cmd::home::Args),
     Node(cmd::node::Args),
     Ports(cmd::ports::Args),
     Machine(cmd::machine::Args),

@@ -42,6 +42,8 @@ fn main() -> ExitCode {
         Command::Interpolate(args) => cmd::interpolate::run(args, global),
         Command::Verify(args) => cmd::verify::run(args, global),
         Command::Send(args) => cmd::send::run(args, global),
+        Command::Jog(args) => cmd::jog::run(args, global),
+        Command::Home(args) => cmd::home::run(args, global),
         Command::Node(args) => cmd::node::run(args, global),
         Command::Ports(args) => cmd::ports::run(args, global),
         Command::Machine(args) => cmd::machine::run(args, global),

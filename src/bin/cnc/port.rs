@@ -13,7 +13,7 @@ use crate::config;
 use crate::exit::{ExitWith, Failure};
 
 /// The port, and what commands that open one let the user say about it.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct PortArgs {
     /// Serial port by its path, as usb:VID:PID[:SERIAL] or by a name from cnc.toml (docs/ports.md);
     /// pseudo-terminal of `cnc node`; or sim: for nodes within this program, sim:seed=N and

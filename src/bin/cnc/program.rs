@@ -19,7 +19,7 @@ use crate::language::LanguageArgs;
 use crate::{input, report};
 
 /// Options that change the motion of a job.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct MotionArgs {
     /// How speed is planned
     #[arg(long, value_enum, default_value_t, value_name = "MODE")]
@@ -95,13 +95,36 @@ impl Program {
         motion: &MotionArgs,
         global: &Global,
     ) -> Result<Result<Program, Exit>, Failure> {
+        let options = motion.language.options(file);
+        Program::check_with(options, source, machine, motion, global)
+    }
+
+    /// As [`Program::check`], for blocks that the operator has typed: they need no end.
+    pub fn check_typed(
+        blocks: &[String],
+        machine: Machine,
+        motion: &MotionArgs,
+        global: &Global,
+    ) -> Result<Result<Program, Exit>, Failure> {
+        let source = Source::memory("<typed>", blocks.join("\n").into_bytes());
+        let options = interp::Options { typed: true, ..motion.language.options(Path::new("-")) };
+        Program::check_with(options, source, machine, motion, global)
+    }
+
+    fn check_with(
+        options: interp::Options,
+        source: Source,
+        machine: Machine,
+        motion: &MotionArgs,
+        global: &Global,
+    ) -> Result<Result<Program, Exit>, Failure> {
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
         let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
         let options = interp::Options {
             start_mm,
             tools,
             feed_override_percent: motion.feed_override.map(FeedOverride::percent),
-            ..motion.language.options(file)
+            ..options
         };
         let (checked, sha256) =
             interp::check_and_hash(&source, &machine, &options, global.max_errors)?;

@@ -15,6 +15,7 @@
 //! [`Master::poll_timeout`] at the latest. Times are microseconds from any origin and never go
 //! back. After [`MasterEvent::Ended`] there is nothing left to do.
 
+mod direct;
 mod run;
 mod script;
 
@@ -22,6 +23,7 @@ use std::collections::VecDeque;
 
 use crate::base::machine::{Bus, LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
+use crate::wire::direct::HomeRun;
 use crate::wire::frame;
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
@@ -29,6 +31,7 @@ use crate::wire::nodes::byte_ns;
 use crate::wire::pacing::Pacing;
 use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
 
+use self::direct::{HomeTimes, Jogging};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
 
@@ -97,6 +100,25 @@ pub enum MasterEvent {
         /// NC line of the tick that comes next.
         line: u32,
     },
+    /// An axis is sent to its limit switch.
+    Homing {
+        /// The axis.
+        axis: Axis,
+    },
+    /// An axis stands at its limit switch.
+    Homed(HomeRun),
+    /// A node jogs by itself, until it is told something else.
+    Jogging {
+        /// Its axis.
+        axis: Axis,
+    },
+    /// It jogs no more.
+    Jogged {
+        /// Its axis.
+        axis: Axis,
+        /// Signed steps that it has made by the clock: no node has told.
+        steps: i64,
+    },
     /// It is over.
     Ended(Ending),
 }
@@ -139,6 +161,10 @@ enum State {
         until_us: u64,
     },
     Paused,
+    Resting {
+        until_us: u64,
+    },
+    Jogging(Jogging),
     Ended,
 }
 
@@ -150,6 +176,8 @@ pub struct Master {
     /// Axes that have a node, and their steps a mm.
     axes: Vec<(Axis, f64)>,
     slow_steps: AxisMap<u32>,
+    /// Entries of a node's buffer.
+    entries: usize,
     state: State,
     script: VecDeque<Action>,
     /// Step of the job that comes next.
@@ -169,6 +197,8 @@ pub struct Master {
     unconfirmed: AxisSet,
     position: AxisMap<i64>,
     progress: Progress,
+    home_times: HomeTimes,
+    homed: Vec<HomeRun>,
     buffers_done: u64,
     pacing: Pacing,
     events: VecDeque<MasterEvent>,
@@ -186,10 +216,13 @@ impl Master {
             machine.axes.iter().filter(|profile| machine.bus.nodes.contains_key(&profile.axis));
         Master {
             position: job.start_steps,
-            job,
             timing,
-            axes: with_node.map(|profile| (profile.axis, profile.steps_per_mm)).collect(),
+            axes: with_node
+                .filter(|p| job.axes.contains(p.axis))
+                .map(|profile| (profile.axis, profile.steps_per_mm))
+                .collect(),
             slow_steps,
+            entries: machine.bus.buffer_ticks as usize,
             state: State::Next,
             script: VecDeque::new(),
             step: 0,
@@ -199,12 +232,15 @@ impl Master {
             fault: None,
             any_full: false,
             power_cycle: false,
-            doubtful: AxisSet::EMPTY,
+            doubtful: job.unknown,
             unconfirmed: AxisSet::EMPTY,
             progress: Progress::default(),
+            home_times: HomeTimes::default(),
+            homed: Vec::new(),
             buffers_done: 0,
             pacing: Pacing::new(timing.tick_us),
             events: VecDeque::new(),
+            job,
         }
     }
 
@@ -224,6 +260,8 @@ impl Master {
             }
             State::Running(run) if run.is_overdue(now_us) => self.no_tick_answer(),
             State::Dwelling { until_us } if now_us >= *until_us => self.state = State::Next,
+            State::Resting { until_us } if now_us >= *until_us => self.state = State::Next,
+            State::Jogging(jogging) if now_us >= jogging.until_us => self.end_jog(now_us),
             _ => {}
         }
         self.settle(now_us);
@@ -260,8 +298,10 @@ impl Master {
     pub fn handle_sent(&mut self, now_us: u64) {
         let answer_us = self.timing.byte_us() + self.timing.reply_timeout_us;
         match &mut self.state {
-            State::Waiting { deadline_us, .. } => {
+            State::Waiting { ask, deadline_us } => {
+                let answer_us = answer_us + ask.question.lasts_us();
                 *deadline_us = (*deadline_us).max(now_us + answer_us);
+                self.home_times.asked_us = self.home_times.asked_us.max(now_us);
             }
             State::Running(_) => self.sync_sent(now_us),
             _ => {}
@@ -275,7 +315,8 @@ impl Master {
             State::Sending { .. } => Some(self.send_from_us()),
             State::Waiting { deadline_us, .. } => Some(*deadline_us),
             State::Running(run) => Some(run.timeout_us(self.wire_free_us())),
-            State::Dwelling { until_us } => Some(*until_us),
+            State::Dwelling { until_us } | State::Resting { until_us } => Some(*until_us),
+            State::Jogging(jogging) => Some(jogging.until_us),
             State::Held(_) | State::Paused | State::Ended => None,
         }
     }
@@ -320,6 +361,7 @@ impl Master {
     /// stop without a ramp, or at the end of the buffer; the second as soon as the protocol allows.
     pub fn hold(&mut self, now_us: u64) {
         self.hold = if self.hold == Hold::No { Hold::AtRest } else { Hold::Now };
+        self.hold_direct();
         match &mut self.state {
             State::Running(run) if self.hold == Hold::Now => run.cut_dwell(now_us),
             State::Dwelling { .. } => self.state = State::Next,
@@ -348,7 +390,10 @@ impl Master {
     /// Ends the job: the port is gone. A node that was in the middle of a ping or a fill would take
     /// the next host's first bytes for the rest of it.
     pub fn fail_port(&mut self, why: String) {
-        self.power_cycle |= matches!(self.state, State::Sending { .. } | State::Waiting { .. });
+        let is_open = |state: &State| {
+            matches!(state, State::Sending { .. } | State::Waiting { .. } | State::Jogging(_))
+        };
+        self.power_cycle |= is_open(&self.state);
         self.doubt_sent_tick();
         self.end(End::Failed(Fault::Port(why)));
     }
@@ -362,7 +407,7 @@ impl Master {
                 } else if byte == ask.unit.id {
                     self.quiet(now_us);
                     self.measure_fill(now_us, &ask);
-                    self.answered(ask);
+                    self.answered(now_us, ask);
                 } else {
                     self.wrong_answer(ask, byte);
                 }
@@ -374,7 +419,7 @@ impl Master {
             State::Running(_) => self.tick_answer(now_us, byte),
             State::Ended => {}
             state => {
-                self.power_cycle |= matches!(state, State::Sending { .. });
+                self.power_cycle |= matches!(state, State::Sending { .. } | State::Resting { .. });
                 self.fail(Fault::Unexpected { got: byte });
             }
         }
@@ -389,6 +434,12 @@ impl Master {
             }
             match self.script.pop_front() {
                 Some(Action::Run { step }) => self.start_run(now_us, step),
+                Some(Action::Homed(home)) => self.homed(&home),
+                Some(Action::Jog(jog)) => self.start_jog(jog),
+                Some(Action::Rest { us }) => {
+                    let until_us = self.wire_free_us().max(now_us) + us;
+                    self.state = State::Resting { until_us };
+                }
                 Some(action) => {
                     self.announce(&action);
                     self.state = State::Sending { action, sent: 0 };
@@ -401,7 +452,8 @@ impl Master {
     /// Between two exchanges, but never within a ping, nor once a node waits for its data, nor
     /// before all servants have said that they are done.
     fn may_stop(&self) -> bool {
-        self.unconfirmed.is_empty() && self.script.front().is_none_or(Action::begins_exchange)
+        let is_open = !self.unconfirmed.is_empty() || self.home_times.is_open();
+        !is_open && self.script.front().is_none_or(Action::begins_exchange)
     }
 
     fn next_step(&mut self, now_us: u64) {
@@ -420,6 +472,12 @@ impl Master {
                     self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
                 }
                 self.script.extend(script::buffer(buffer, at));
+            }
+            Some(Step::Direct(direct)) => {
+                if at == 0 {
+                    self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
+                }
+                self.script.extend(direct::direct(direct));
             }
             None => self.end(End::Done),
         }
@@ -454,7 +512,10 @@ impl Master {
             return;
         };
         if let Action::Ask(ask) = action {
+            self.begin_homing(&ask);
             let wait_us = self.timing.byte_us() + self.timing.reply_timeout_us;
+            let wait_us = wait_us + ask.question.lasts_us();
+            self.home_times.asked_us = self.wire_free_us();
             self.state = State::Waiting { ask, deadline_us: self.wire_free_us() + wait_us };
         }
     }
@@ -524,7 +585,8 @@ impl Master {
         let axis_end = |(axis, steps_per_mm): &(Axis, f64)| {
             let steps = self.position[*axis];
             let position_mm = steps as f64 / steps_per_mm;
-            AxisEnd { axis: *axis, steps, position_mm, position: position(*axis) }
+            let counted = !(self.job.unknown.contains(*axis) && self.doubtful.contains(*axis));
+            AxisEnd { axis: *axis, steps, position_mm, counted, position: position(*axis) }
         };
         let axes = self.axes.iter().map(axis_end).collect();
         self.script.clear();
@@ -535,6 +597,7 @@ impl Master {
             buffers: self.buffers_done,
             line: self.progress.line,
             axes,
+            homed: std::mem::take(&mut self.homed),
             power_cycle,
             pacing: self.pacing.clone(),
         }));

@@ -1,11 +1,12 @@
 //! Small exchanges that the master strings together, and what it does when one goes wrong (H7).
 
 use crate::base::machine::Unit;
+use crate::wire::direct::{Home, RawJog};
 use crate::wire::frame;
 use crate::wire::job::Buffer;
 use crate::wire::report::{During, Fault};
 
-use super::Master;
+use super::{Master, State};
 
 /// One thing to do on the bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +19,12 @@ pub(super) enum Action {
     Start,
     /// One sync byte after another, for a buffer of the job.
     Run { step: usize },
+    /// An axis has been sent to its switch, and its node has answered all that it was asked.
+    Homed(Home),
+    /// A node jogs from here on.
+    Jog(RawJog),
+    /// Silence: a node reads nothing for so long.
+    Rest { us: u64 },
 }
 
 /// Bytes that a node answers with its ID.
@@ -39,6 +46,11 @@ pub(super) enum Question {
     FillData {
         buffer: u32,
     },
+    /// The way to the limit switch, which takes as long as this at most.
+    Home {
+        again: bool,
+        wait_us: u64,
+    },
     /// One 0 after an unanswered question: does it complete a pair of a node out of phase?
     Pad {
         during: During,
@@ -55,8 +67,16 @@ impl Question {
             Question::Ping => During::Ping,
             Question::FillCommand { buffer, .. } => During::FillCommand { buffer },
             Question::FillData { buffer } => During::FillData { buffer },
+            Question::Home { .. } => During::Homing,
             Question::Pad { during } | Question::Drain { during } => during,
         }
+    }
+}
+
+impl Question {
+    /// How long what was asked for takes at most, before the node answers.
+    pub(super) fn lasts_us(self) -> u64 {
+        if let Question::Home { wait_us, .. } = self { wait_us } else { 0 }
     }
 }
 
@@ -66,7 +86,7 @@ impl Action {
             Action::Say(bytes) => bytes,
             Action::Ask(ask) => &ask.bytes,
             Action::Start => &frame::START,
-            Action::Run { .. } => &[],
+            Action::Run { .. } | Action::Homed(_) | Action::Jog(_) | Action::Rest { .. } => &[],
         }
     }
 
@@ -86,17 +106,29 @@ impl Action {
         self.is_data() && sent > 0 && sent + 1 == self.bytes().len()
     }
 
+    /// Whether an axis leaves where it stands.
+    pub(super) fn begins_homing(&self) -> bool {
+        let Action::Ask(ask) = self else { return false };
+        matches!(ask.question, Question::Home { again: false, .. })
+    }
+
     /// Whether nothing of an exchange before it is open.
     pub(super) fn begins_exchange(&self) -> bool {
         match self {
             Action::Ask(ask) => {
                 matches!(
                     ask.question,
-                    Question::Ping | Question::FillCommand { last_try: false, .. }
+                    Question::Ping
+                        | Question::FillCommand { last_try: false, .. }
+                        | Question::Home { again: false, .. }
                 )
             }
             Action::Start => true,
-            Action::Say(_) | Action::Run { .. } => false,
+            Action::Say(_)
+            | Action::Run { .. }
+            | Action::Homed(_)
+            | Action::Jog(_)
+            | Action::Rest { .. } => false,
         }
     }
 }
@@ -131,8 +163,8 @@ pub(super) fn buffer(buffer: &Buffer, step: usize) -> Vec<Action> {
 
 impl Master {
     /// A node has answered its ID.
-    pub(super) fn answered(&mut self, ask: Ask) {
-        self.state = super::State::Next;
+    pub(super) fn answered(&mut self, now_us: u64, ask: Ask) {
+        self.state = State::Next;
         match ask.question {
             Question::Ping => {
                 if let Some(axis) = ask.unit.axis {
@@ -140,11 +172,12 @@ impl Master {
                 }
             }
             Question::FillCommand { .. } => {}
+            Question::Home { .. } => self.at_switch(now_us),
             Question::FillData { .. } => self.any_full = true,
             // It had been out of phase, and takes what follows as its buffer.
             Question::Pad { during } => {
                 let unit = ask.unit;
-                let bytes = vec![0; self.entries()];
+                let bytes = vec![0; self.entries];
                 let question = Question::Drain { during };
                 self.power_cycle = true;
                 self.fail(Fault::NoAnswer { unit, during });
@@ -156,7 +189,7 @@ impl Master {
 
     /// A node has not answered in time. Every way out sends an even number of bytes.
     pub(super) fn no_answer(&mut self, ask: Ask) {
-        self.state = super::State::Next;
+        self.state = State::Next;
         let during = ask.question.during();
         let fault = Fault::NoAnswer { unit: ask.unit, during };
         let question = Question::Pad { during };
@@ -177,7 +210,8 @@ impl Master {
                 }
                 self.script.push_front(pad);
             }
-            Question::FillData { .. } | Question::Drain { .. } => {
+            // Nothing is said to an axis that may still be running (H10).
+            Question::FillData { .. } | Question::Drain { .. } | Question::Home { .. } => {
                 self.power_cycle = true;
                 self.fail(fault);
             }
@@ -196,6 +230,11 @@ impl Master {
         if ask.question == Question::Ping {
             self.doubt(ask.unit);
         }
+        if during == During::Homing {
+            // Who answers may have been sent to its switch instead.
+            let other = self.job.nodes.iter().find(|unit| unit.id == got).copied();
+            other.into_iter().for_each(|unit| self.doubt(unit));
+        }
         self.fail(Fault::WrongAnswer { unit: ask.unit, got, during });
     }
 
@@ -209,14 +248,16 @@ impl Master {
     }
 
     /// What a fault leaves open: whoever has heard a ping waits for a jog's parameters, and would
-    /// take the first bytes of the next job for them.
+    /// take the first bytes of the next job for them; a raw jog goes on until a byte comes.
     pub(super) fn left_open(&self) -> Option<Action> {
-        let open = match &self.state {
-            super::State::Waiting { ask, .. } => ask.question == Question::Ping,
-            super::State::Sending { action: Action::Say(_), .. } => true,
-            _ => false,
+        let end: &[u8] = match &self.state {
+            State::Waiting { ask, .. } if ask.question == Question::Ping => &END_PING,
+            State::Sending { action: Action::Say(_), .. } => &END_PING,
+            // More than a receiver keeps would come before the node has made its tick.
+            State::Jogging(_) => &END_PING[..2],
+            _ => return None,
         };
-        open.then(|| Action::Say(END_PING.to_vec()))
+        Some(Action::Say(end.to_vec()))
     }
 
     /// A node that does not answer a ping may be off, busy with a tick that others have done, or on
@@ -226,20 +267,11 @@ impl Master {
             self.doubtful.insert(axis);
         }
     }
-
-    fn entries(&self) -> usize {
-        self.job
-            .buffers()
-            .flat_map(|buffer| &buffer.fills)
-            .map(|fill| fill.bytes.len())
-            .next()
-            .unwrap_or(0)
-    }
 }
 
 /// Ends whatever a ping may have begun: a jog's parameters, a feed of 0 even if bytes are lost, and
 /// the jog. To everybody else pairs that mean nothing.
-const END_PING: [u8; 6] = {
+pub(super) const END_PING: [u8; 6] = {
     let [first, second] = frame::END_JOG;
     [0, 0, 0, 0, first, second]
 };

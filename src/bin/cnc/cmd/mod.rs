@@ -1,8 +1,10 @@
 //! One file a command.
 
 pub mod explain;
+pub mod home;
 pub mod interpolate;
 pub mod interpret;
+pub mod jog;
 pub mod machine;
 pub mod node;
 pub mod ports;

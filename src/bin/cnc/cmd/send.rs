@@ -1,5 +1,6 @@
 //! `cnc send`: a program or a dump is checked, shown, and streamed to the nodes.
 
+pub mod direct;
 mod operator;
 mod pacing;
 mod result;
@@ -14,7 +15,8 @@ use cnc::interp::RunError;
 use cnc::plan::Feed;
 use cnc::step::Summary;
 use cnc::wire::{
-    self, ANSWER_PAUSE_US, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes, Timing,
+    self, ANSWER_PAUSE_US, Direct, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes,
+    Timing,
 };
 use cnc::wire_io::{Link, Paced, Sim, Speed, drive};
 use cnc::{tape, verify};
@@ -34,13 +36,16 @@ use crate::progress::Bar;
 ///
 /// All of it is checked before the port is opened. Ctrl-C stops where the axes are slow enough to
 /// stop without a ramp, or at the end of the buffer; a second one does not wait for that.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    port: PortArgs,
+    pub port: PortArgs,
     /// NC program or command dump; - is standard input
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "execute")]
+    file: Option<PathBuf>,
+    /// Instead of a file: a block as typed; may be given again, for the blocks after it
+    #[arg(short, long, value_name = "BLOCK", conflicts_with = "file")]
+    execute: Vec<String>,
     /// Check and show the job, send nothing
     #[arg(long)]
     dry_run: bool,
@@ -58,19 +63,22 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let source = input::source(&args.file)?;
+    let source = args.file.as_deref().map(input::source).transpose()?;
     let port = args.port.port(global)?;
     check_speed(args, &port)?;
-    if input::is_dump(&source)? {
-        let machine = input::machine(global)?;
-        let job = dump(&source, &machine)?;
-        return run_job(args, global, &port, &machine, job, None);
-    }
-    let program =
-        match Program::check(&args.file, source, input::machine(global)?, &args.motion, global)? {
-            Ok(program) => program,
-            Err(exit) => return Ok(exit),
-        };
+    let machine = input::machine(global)?;
+    let program = match (&args.file, source) {
+        (Some(_), Some(source)) if input::is_dump(&source)? => {
+            let job = dump(&source, &machine)?;
+            return run_job(args, global, &port, &machine, job, None);
+        }
+        (Some(file), Some(source)) => Program::check(file, source, machine, &args.motion, global)?,
+        _ => Program::check_typed(&args.execute, machine, &args.motion, global)?,
+    };
+    let program = match program {
+        Ok(program) => program,
+        Err(exit) => return Ok(exit),
+    };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
@@ -80,7 +88,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 
 /// Lints, shows and runs a job; the program that it was made from, if it is at hand, is what the
 /// virtual nodes' motion is held against.
-fn run_job(
+pub fn run_job(
     args: &Args,
     global: &Global,
     port: &Port,
@@ -92,10 +100,11 @@ fn run_job(
     let proof = wire::lint(&job, machine).or_bad_input()?;
     let simulation = Simulation::of_port(&args.port.port)?;
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
-    let report = Report { machine, global };
+    let is_direct = direct::of_job(&job).next().is_some();
+    let report = Report { machine, global, is_direct };
     report.job(&job);
     let interrupts = Interrupts::watch()?;
-    let operator = Terminal::new(args.ignore_stops, global, interrupts);
+    let mut operator = Terminal::new(args.ignore_stops, global, interrupts);
     if args.dry_run {
         report.dry_run(&job, &proof)?;
         return Ok(Exit::Ok);
@@ -105,6 +114,9 @@ fn run_job(
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
+    if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
+        operator.stop_on_input();
+    }
     match faults {
         Some(faults) => simulate(&report, job, operator, faults, program),
         None => send(args, port, &report, job, operator),
@@ -113,7 +125,7 @@ fn run_job(
 
 /// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the
 /// source, or else of the job.
-fn gather<E>(
+pub fn gather<E>(
     commands: impl Iterator<Item = Result<Command, E>>,
     start_steps: AxisMap<i64>,
     machine: &Machine,
@@ -158,7 +170,7 @@ fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
 }
 
 /// Real nodes keep their own time.
-fn check_speed(args: &Args, port: &Port) -> anyhow::Result<()> {
+pub fn check_speed(args: &Args, port: &Port) -> anyhow::Result<()> {
     if args.speed.is_some() && port.is_real() {
         let port = args.port.port.display();
         return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));

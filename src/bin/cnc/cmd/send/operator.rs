@@ -8,7 +8,7 @@ use cnc::wire::{Job, Master, MasterEvent};
 use cnc::wire_io::Operator;
 use rustix::event::{PollFd, PollFlags, Timespec};
 
-use super::Bar;
+use super::{Bar, direct};
 use crate::args::Global;
 use crate::interrupt::Interrupts;
 
@@ -22,6 +22,8 @@ pub struct Terminal {
     interrupts: Interrupts,
     /// Interrupts that have been answered.
     told: usize,
+    /// A line or the end of standard input is an interrupt too.
+    stops_on_input: bool,
 }
 
 impl Terminal {
@@ -34,6 +36,7 @@ impl Terminal {
             verbose: global.verbose,
             interrupts,
             told: 0,
+            stops_on_input: false,
         }
     }
 
@@ -48,6 +51,11 @@ impl Terminal {
             )),
             _ => Ok(()),
         }
+    }
+
+    /// From here on a line or the end of standard input stops what runs.
+    pub fn stop_on_input(&mut self) {
+        self.stops_on_input = true;
     }
 
     /// Asks for a yes; without a terminal the answer is yes, and no once the system wants an end.
@@ -77,9 +85,7 @@ impl Terminal {
         let interrupts = self.interrupts.count();
         let wait = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
         loop {
-            let input = stdin();
-            let mut polled = [PollFd::new(&input, PollFlags::IN)];
-            if rustix::event::poll(&mut polled, Some(&wait)).is_ok_and(|ready| ready > 0) {
+            if has_input(wait) {
                 let mut line = String::new();
                 return (stdin().read_line(&mut line).ok()? > 0).then_some(line);
             }
@@ -100,6 +106,12 @@ impl Operator for Terminal {
             MasterEvent::Started { buffer } if self.verbose => {
                 self.say(&format!("buffer {buffer}: started"));
             }
+            MasterEvent::Homing { axis } => self.say(&format!("{axis} runs to its switch")),
+            MasterEvent::Homed(run) => self.say(&direct::told(run)),
+            MasterEvent::Jogging { axis } => self.say(&format!("{axis} jogs")),
+            MasterEvent::Jogged { axis, steps } => {
+                self.say(&format!("{axis} has stopped; by the clock it has made {steps} steps"));
+            }
             MasterEvent::Held { line } => self.say(&format!("held before line {line}")),
             _ => {}
         }
@@ -118,6 +130,9 @@ impl Operator for Terminal {
 
     fn interrupts(&mut self) -> usize {
         let count = self.interrupts.count();
+        if self.stops_on_input && (count > 0 || has_input(Timespec::default())) {
+            return count.max(1);
+        }
         if count > self.told {
             self.told = count;
             let why = self.interrupts.by_system().map_or(String::new(), |why| format!("{why}: "));
@@ -132,4 +147,11 @@ impl Operator for Terminal {
         }
         count
     }
+}
+
+/// Whether standard input has something, or its end, within this time.
+fn has_input(wait: Timespec) -> bool {
+    let input = stdin();
+    let mut polled = [PollFd::new(&input, PollFlags::IN)];
+    rustix::event::poll(&mut polled, Some(&wait)).is_ok_and(|ready| ready > 0)
 }

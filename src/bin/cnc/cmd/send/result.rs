@@ -10,7 +10,7 @@ use cnc::wire::{End, Ending, FaultSpec, Job, Position, Proof, Struck};
 use cnc::wire_io::Priority;
 use serde_json::{Map, Value, json};
 
-use super::pacing;
+use super::{direct, pacing};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
 
@@ -18,6 +18,8 @@ use crate::exit::{Exit, Outcome, unless_unread};
 pub struct Report<'a> {
     pub machine: &'a Machine,
     pub global: &'a Global,
+    /// Nodes do by themselves what they are told; no tick is counted.
+    pub is_direct: bool,
 }
 
 /// What came of a job on nodes within this program.
@@ -47,6 +49,10 @@ impl Report<'_> {
         }
         let nodes: Vec<String> = job.nodes.iter().map(short_name).collect();
         say!("machine   {}", self.machine);
+        direct::of_job(job).for_each(|direct| say!("{}", direct::announced(direct)));
+        if self.is_direct {
+            return;
+        }
         say!(
             "moves     {}",
             if nodes.is_empty() { "nothing".to_owned() } else { nodes.join(", ") }
@@ -59,6 +65,7 @@ impl Report<'_> {
             .axes
             .iter()
             .map(|profile| profile.axis)
+            .filter(|axis| job.axes.contains(*axis))
             .map(|axis| format!("{axis} {:.3}", job.start_mm[axis]))
             .collect();
         say!("start     the machine has to stand at {}", starts.join(", "));
@@ -141,7 +148,7 @@ impl Report<'_> {
         let done = ending.end == End::Done;
         if let Some((tick, line)) = found.difference.filter(|_| done) {
             say!("error: line {line}, tick {tick}: the nodes did not execute what was planned");
-        } else if done && !self.global.quiet {
+        } else if done && !self.is_direct && !self.global.quiet {
             say!("the nodes executed what was planned, tick by tick ({} ticks)", job.ticks);
         }
         if let Some(contour) = &found.contour {
@@ -189,9 +196,14 @@ impl Report<'_> {
         if self.global.json {
             let mut result = self.base(name, ending.ticks, ending.buffers);
             let axes = ending.axes.iter().map(|end| {
-                let state = json!({
-                    "steps": end.steps, "position_mm": end.position_mm, "state": end.position.name(),
+                let mut state = json!({
+                    "steps": end.counted.then_some(end.steps),
+                    "position_mm": end.counted.then_some(end.position_mm),
+                    "state": end.position.name(),
                 });
+                if let Some(run) = ending.homed.iter().find(|run| run.axis == end.axis) {
+                    state["homed"] = direct::as_json(run);
+                }
                 (end.axis.to_string(), state)
             });
             result.insert("axes".to_owned(), Value::Object(axes.collect()));
@@ -210,6 +222,8 @@ impl Report<'_> {
             }
             result.insert("error".to_owned(), json!(fault));
             unless_unread(writeln!(io::stdout(), "{}", Value::Object(result)))?;
+        } else if self.is_direct {
+            unless_unread(writeln!(io::stdout(), "{name}"))?;
         } else {
             let (ticks, buffers) = (ending.ticks, ending.buffers);
             let (late, late_max) = (pacing.late_us as f64 * 1e-3, pacing.late_us_max as f64 * 1e-3);
@@ -236,9 +250,15 @@ impl Report<'_> {
                 Position::Unknown => "unknown from here on: home it",
             };
             let unit = unit(end.axis);
+            if !end.counted {
+                say!("{} is at no known position: home it", end.axis);
+                continue;
+            }
             say!("{} at {:.3} {unit} (step {}), {state}", end.axis, end.position_mm, end.steps);
         }
-        if ending.power_cycle {
+        if ending.power_cycle && self.is_direct {
+            say!("what the nodes do now cannot be known: switch all of them off and on, then home");
+        } else if ending.power_cycle {
             say!(
                 "some nodes still hold a buffer and would take every byte as a tick of it: switch all nodes off and on, then home"
             );
