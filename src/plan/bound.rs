@@ -53,14 +53,12 @@ impl Bound {
         if !piece.jerk.is_limited() {
             return Bound::Acceleration;
         }
-        let is_steepest = |speed_mm_s: f64, accel_mm_s2: f64, way: usize| {
-            let most_mm_s2 = piece.accels_mm_s2(speed_mm_s * speed_mm_s)[way];
-            accel_mm_s2 >= most_mm_s2 * (1.0 - ACCELS_EQUAL)
-        };
+        let is_all =
+            |accel_mm_s2: f64, most_mm_s2: f64| accel_mm_s2 >= most_mm_s2 * (1.0 - ACCELS_EQUAL);
         let reaches = ramp.stretches(0.0).any(|stretch| {
             let (from, end) = (stretch.from, stretch.end());
-            is_steepest(from.speed_mm_s, from.accel_mm_s2, 0)
-                || is_steepest(end.speed_mm_s, -end.accel_mm_s2, 1)
+            is_all(from.accel_mm_s2, piece.speeding_up_mm_s2(from.speed_sq()))
+                || is_all(-end.accel_mm_s2, piece.braking_mm_s2(end.speed_sq()))
         });
         if reaches { Bound::Acceleration } else { Bound::Jerk }
     }

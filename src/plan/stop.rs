@@ -114,10 +114,9 @@ impl Climber {
 
     fn climb(&mut self, piece: &Piece, lane: &Lane) {
         let speed_mm_s = self.state.speed_mm_s;
-        let accels_mm_s2 = piece.accels_mm_s2(speed_mm_s * speed_mm_s);
         let accel_mm_s2 = match self.way {
-            Way::Forwards => accels_mm_s2[0],
-            Way::Backwards => accels_mm_s2[1],
+            Way::Forwards => piece.speeding_up_mm_s2(speed_mm_s * speed_mm_s),
+            Way::Backwards => piece.braking_mm_s2(speed_mm_s * speed_mm_s),
         };
         let accel_mm_s2 = accel_mm_s2.min(piece.jerk.accel_max_mm_s2(speed_mm_s));
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);

@@ -76,7 +76,8 @@ impl Pacing {
         }
     }
 
-    /// A sync byte has left so long after the one before, whose answer took so long.
+    /// A sync byte has left so long after the one before, whose answer did not let it leave earlier
+    /// than so long after.
     pub fn tick(&mut self, interval_us: u64, answer_us: u64) {
         let late_us = interval_us.saturating_sub(self.period_us);
         *self.late.entry(bucket(late_us)).or_default() += 1;

@@ -29,12 +29,7 @@ use super::Ramp;
 use super::junction::Junction;
 use super::lookahead::Decided;
 use super::piece::Piece;
-<<<<<<< HEAD
-use lane::Lane;
 use round::{Part, Rounding};
-=======
-use round::Rounding;
->>>>>>> seams
 
 /// Pieces that are smoothed together at least: so many that the passes' overhead is spread.
 const RUNS_MIN: usize = 256;

@@ -45,6 +45,7 @@ const PIECE_BYTES: usize = 64;
 pub struct Timing {
     byte_ns: u64,
     tick_us: u64,
+    node_tick_us: u64,
     /// From a sync byte's stop bit to the start bit of the answer, at most.
     sync_answer_us: u64,
     reply_timeout_us: u64,
@@ -58,6 +59,7 @@ impl Timing {
         Timing {
             byte_ns: byte_ns(bus.baud),
             tick_us: u64::from(bus.tick_us),
+            node_tick_us: u64::from(bus.node_tick_us),
             sync_answer_us: u64::from(bus.node_tick_us) + ANSWER_PAUSE_US,
             reply_timeout_us: (f64::from(bus.reply_timeout_ms) * 1000.0 * speed) as u64,
             piece_bytes: PIECE_BYTES,

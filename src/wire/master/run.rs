@@ -5,8 +5,13 @@
 //! sync ─┤├──────────────────────────────┤├───────
 //! node     ▒▒▒▒ steps ▒▒▒▒├─answer─┤
 //! ```
+//!
+//! A master that rests in a tick answers at once, while others step. Its answer then tells when the
+//! sync byte has reached the nodes at the latest, which may be long after it was written: the next one
+//! waits for a node's tick from there, or the nodes would drift apart by what the port has kept back.
 
 use crate::base::{Axis, EventKind};
+use crate::wire::codec;
 use crate::wire::frame;
 use crate::wire::job::{Buffer, Step};
 use crate::wire::report::{Doubt, During, End, Fault};
@@ -169,8 +174,7 @@ impl Master {
         run.deadline_us = run.deadline_us.max(Some(deadline_us));
         if let Some(scheduled_us) = run.scheduled_us.take() {
             let before_us = scheduled_us - self.timing.tick_us;
-            let answer_us = run.answered_us.saturating_sub(before_us);
-            self.pacing.tick(run.sent_us - before_us, answer_us);
+            self.pacing.tick(run.sent_us - before_us, run.due_us.saturating_sub(before_us));
         }
     }
 
@@ -210,8 +214,13 @@ impl Master {
             return self.fail(Fault::WrongAnswer { unit: master.unit, got: byte, during });
         }
         let (tick, ticks, entries) = (run.sent - 1, buffer.lines.len(), master.bytes.len());
+        let mut steps_until_us = 0;
         if tick < ticks {
             let counts = buffer.counts(tick);
+            let others_step = Axis::ALL.iter().any(|axis| counts[*axis] != 0);
+            if codec::decode(master.bytes[tick]) == 0 && others_step {
+                steps_until_us = self.steps_until_us(now_us);
+            }
             self.progress.line = buffer.lines[tick];
             self.progress.ticks += 1;
             for axis in Axis::ALL {
@@ -230,7 +239,14 @@ impl Master {
         run.deadline_us = None;
         run.answered_us = now_us;
         run.scheduled_us = (tick < ticks).then_some(run.sent_us + period_us);
-        run.due_us = run.scheduled_us.unwrap_or(0).max(quiet_us);
+        run.due_us = run.scheduled_us.unwrap_or(0).max(quiet_us).max(steps_until_us);
+    }
+
+    /// Until when nodes step at the latest, if a resting master's answer has come now; but for the
+    /// time that the answer has taken on the wire, and that the next sync byte will.
+    fn steps_until_us(&self, answered_us: u64) -> u64 {
+        let wire_us = 2 * self.timing.byte_us();
+        (answered_us + self.timing.node_tick_us).saturating_sub(wire_us)
     }
 
     pub(super) fn no_tick_answer(&mut self) {
