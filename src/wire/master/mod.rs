@@ -119,6 +119,8 @@ pub struct Progress {
     pub buffer: u32,
     /// NC line being executed.
     pub line: u32,
+    /// When the last of the ticks was acknowledged.
+    pub at_us: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]

@@ -196,6 +196,7 @@ impl Master {
             let counts = buffer.counts(tick);
             self.progress.line = buffer.lines[tick];
             self.progress.ticks += 1;
+            self.progress.at_us = now_us;
             for axis in Axis::ALL {
                 self.position[axis] += i64::from(counts[axis]);
             }

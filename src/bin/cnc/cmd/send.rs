@@ -1,6 +1,7 @@
 //! `cnc send`: a program or a dump is checked, shown, and streamed to the nodes.
 
 pub mod direct;
+mod live;
 mod operator;
 mod result;
 pub mod sim;
@@ -110,6 +111,9 @@ pub fn run_job(
     if !args.yes && !operator.asks("Start the job?") {
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
+    }
+    if let Some(program) = program.filter(|_| !global.quiet) {
+        operator.list(program.source.clone())?;
     }
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
@@ -250,6 +254,7 @@ fn stream(
     operator: &mut Terminal,
 ) -> (Job, Ending) {
     let timing = Timing::new(&machine.bus, speed.factor());
+    operator.watch(&job, machine);
     operator.bar.begin(job.ticks);
     let mut master = Master::new(job, machine, timing);
     let ending = drive(link, &mut master, operator);

@@ -1,13 +1,15 @@
 //! The person at the terminal, or nobody.
 
 use std::io::{IsTerminal, stdin};
+use std::sync::Arc;
 
 use anyhow::anyhow;
-use cnc::base::{Event, Progress};
-use cnc::wire::{Job, Master, MasterEvent};
+use cnc::base::{Event, Machine, Source};
+use cnc::wire::{Job, Live, Master, MasterEvent};
 use cnc::wire_io::Operator;
 use rustix::event::{PollFd, PollFlags, Timespec};
 
+use super::live::{self, Listing};
 use super::{Bar, direct};
 use crate::args::Global;
 use crate::interrupt::Interrupts;
@@ -24,6 +26,8 @@ pub struct Terminal {
     told: usize,
     /// A line or the end of standard input is an interrupt too.
     stops_on_input: bool,
+    live: Option<Live>,
+    listing: Option<Arc<Listing>>,
 }
 
 impl Terminal {
@@ -37,6 +41,8 @@ impl Terminal {
             interrupts,
             told: 0,
             stops_on_input: false,
+            live: None,
+            listing: None,
         }
     }
 
@@ -56,6 +62,17 @@ impl Terminal {
     /// From here on a line or the end of standard input stops what runs.
     pub fn stop_on_input(&mut self) {
         self.stops_on_input = true;
+    }
+
+    /// Shows a job while it runs, with the lines of the program that it was made from.
+    pub fn watch(&mut self, job: &Job, machine: &Machine) {
+        self.live = Some(Live::new(job, machine));
+    }
+
+    /// The program whose lines are shown.
+    pub fn list(&mut self, source: Source) -> std::io::Result<()> {
+        self.listing = Some(Arc::new(Listing::new(source)?));
+        Ok(())
     }
 
     /// Asks for a yes; without a terminal the answer is yes.
@@ -95,6 +112,9 @@ impl Terminal {
 
 impl Operator for Terminal {
     fn event(&mut self, event: &MasterEvent) {
+        if let Some(live) = &mut self.live {
+            live.event(event);
+        }
         match event {
             MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
             MasterEvent::Filling { buffer, unit } if self.verbose => {
@@ -120,9 +140,12 @@ impl Operator for Terminal {
     }
 
     fn progress(&mut self, master: &Master) {
-        let progress = master.progress();
-        self.bar.buffer(progress.buffer);
-        self.bar.set(progress.ticks, progress.line);
+        let Some(live) = &mut self.live else { return };
+        live.update(master);
+        if self.bar.is_due() {
+            let (reading, listing) = (live.reading(master), self.listing.clone());
+            self.bar.show(move || live::shown(&reading, listing.as_deref()));
+        }
     }
 
     fn interrupts(&mut self) -> usize {
