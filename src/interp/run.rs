@@ -229,46 +229,57 @@ impl<'a> Run<'a> {
 
     fn step_body(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {
         let Some(frame) = self.frames.last_mut() else { return Ok(()) };
-        let body = Rc::clone(&frame.body);
         let at = frame.next;
         frame.next += 1;
-        let Some((block, line, text)) = body.get(at) else {
+        let Some((block, line, text)) = frame.body.get(at) else {
             return self.end_of_frame();
         };
-        let calls = Rc::clone(&self.calls);
-        let place = Place { line, text, calls: &calls, file: body.file_name.as_deref() };
-        if !self.counts_work(1 + (text.len() / WORK_BYTES) as u64, &place) {
+        let file = frame.body.file_name.as_deref();
+        let place = Place { line, text, calls: &self.calls, file };
+        self.work += 1 + (text.len() / WORK_BYTES) as u64;
+        let mut flow = Flow::Statement;
+        if self.work <= self.work_max {
+            self.engine.judge_delete(block);
+            if block.statement().is_none() {
+                let first = motions.len();
+                flow = self.engine.execute(block, &place, motions);
+                self.engine.report(&place, true);
+                self.work += (motions.len() - first) as u64 * WORK_OF_MOVE;
+            }
+        }
+        if flow == Flow::Next && self.work <= self.work_max {
             return Ok(());
         }
-        self.engine.judge_delete(block);
-        if block.statement().is_some() {
-            self.engine.blocks += 1;
-            self.engine.executor.line = line;
-            let result = self.statement(&body, at, block, &place);
-            self.engine.report(&place, true);
-            return result;
+        let (body, calls) = (Rc::clone(&frame.body), Rc::clone(&self.calls));
+        self.lead_on(flow, at, &body, &calls, motions)
+    }
+
+    /// Goes where a block of something kept leads, unless there has been too much work.
+    fn lead_on(
+        &mut self,
+        flow: Flow,
+        at: usize,
+        body: &Rc<Body>,
+        calls: &[CallSite],
+        motions: &mut Vec<Motion>,
+    ) -> io::Result<()> {
+        let Some((block, line, text)) = body.get(at) else { return Ok(()) };
+        let place = Place { line, text, calls, file: body.file_name.as_deref() };
+        if self.work > self.work_max {
+            self.refuse_work(&place);
+            return Ok(());
         }
-        let first = motions.len();
-        let flow = self.engine.execute(block, &place, motions);
+        if flow != Flow::Statement {
+            return self.follow(flow, block, place, motions);
+        }
+        self.engine.blocks += 1;
+        self.engine.executor.line = line;
+        let result = self.statement(body, at, block, &place);
         self.engine.report(&place, true);
-        let made = (motions.len() - first) as u64;
-        if !self.counts_work(made * WORK_OF_MOVE, &place) || flow == Flow::Next {
-            return Ok(());
-        }
-        self.follow(flow, block, place, motions)
+        result
     }
 
-    /// Counts the work of what may run again; false, and reported, if it is too much.
-    #[inline]
-    fn counts_work(&mut self, made: u64, place: &Place<'_>) -> bool {
-        self.work += made;
-        let is_bounded = self.work <= self.work_max;
-        if !is_bounded {
-            self.refuse_work(place);
-        }
-        is_bounded
-    }
-
+    /// Reports that what may run again has made too much work.
     #[cold]
     fn refuse_work(&mut self, place: &Place<'_>) {
         let message = format!(
