@@ -84,7 +84,7 @@ impl Bar {
 
 impl Progress for Bar {
     fn begin(&mut self, total: u64) {
-        if self.quiet {
+        if self.quiet || total == 0 {
             return;
         }
         // The template is fixed and known to be right; a bar without it would do as well.

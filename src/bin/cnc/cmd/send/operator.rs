@@ -66,7 +66,7 @@ impl Terminal {
 
     /// Shows a job while it runs, with the lines of the program that it was made from.
     pub fn watch(&mut self, job: &Job, machine: &Machine) {
-        self.live = Some(Live::new(job, machine));
+        self.live = (job.ticks > 0).then(|| Live::new(job, machine));
     }
 
     /// The program whose lines are shown.
@@ -123,7 +123,9 @@ impl Operator for Terminal {
             MasterEvent::Started { buffer } if self.verbose => {
                 self.say(&format!("buffer {buffer}: started"));
             }
-            MasterEvent::Homing { axis } => self.say(&format!("{axis} runs to its switch")),
+            MasterEvent::Homing { axis } => {
+                self.say(&format!("{axis} runs to its switch; nothing sent can stop it"));
+            }
             MasterEvent::Homed(run) => self.say(&direct::told(run)),
             MasterEvent::Jogging { axis } => self.say(&format!("{axis} jogs")),
             MasterEvent::Jogged { axis, steps } => {
