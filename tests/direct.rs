@@ -259,6 +259,21 @@ fn homing_with_a_fault_ends_at_the_switch_or_is_told() {
 }
 
 #[test]
+fn homing_with_a_fault_of_a_seed_is_told_of() {
+    let (job, machine) = (home_all(), machine());
+    let units: Vec<Unit> = machine.bus.units().collect();
+    for seed in 0..400 {
+        let faults = Faults::draw(seed, 1, &units, machine.bus.buffer_ticks);
+        let is_hidden =
+            |fault: &FaultSpec| matches!(fault.kind, FaultKind::Change(_) | FaultKind::Add(_));
+        let is_hidden = faults.iter().any(is_hidden);
+        let ran = run(&job, faults.clone(), never);
+        let verdict = judge(&ran);
+        assert!(is_hidden || verdict.is_ok(), "seed {seed}, {faults:?}: {verdict:?}");
+    }
+}
+
+#[test]
 fn a_raw_jog_runs_its_way_and_its_position_is_unknown() {
     let machine = machine();
     let job = raw_jog(&machine, Axis::X, -0.5, Some(60.0)).unwrap();

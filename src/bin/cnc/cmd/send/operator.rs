@@ -157,7 +157,9 @@ impl Operator for Terminal {
         }
         if count > self.told {
             self.told = count;
-            self.say(if count == 1 {
+            self.say(if self.live.is_none() && count == 1 {
+                "stopping when the axis under way is at its switch; a second Ctrl-C does not wait for that"
+            } else if count == 1 {
                 "stopping where the axes are slow enough; a second Ctrl-C does not wait for that"
             } else {
                 "stopping at once"
