@@ -16,6 +16,7 @@ mod master;
 mod node;
 mod nodes;
 mod order;
+mod pacing;
 mod report;
 
 pub use direct::{Audit, Direct, DirectError, Home, HomeRun, RawJog, homing, raw_jog};
@@ -27,4 +28,5 @@ pub use live::{AxisReading, Live, Reading, SpindleReading};
 pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, HOME_STEPS, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
+pub use pacing::{Pacing, PacingFigures, SLIDE_US};
 pub use report::{AxisEnd, During, End, Ending, Fault, Position};

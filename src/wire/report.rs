@@ -4,6 +4,7 @@
 use crate::base::Axis;
 use crate::base::machine::Unit;
 use crate::wire::direct::HomeRun;
+use crate::wire::pacing::Pacing;
 
 /// What was going on when something failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,8 +185,6 @@ pub struct Ending {
     pub homed: Vec<HomeRun>,
     /// Nodes hold a buffer, or wait for data, that only switching them off makes them forget.
     pub power_cycle: bool,
-    /// By how much all ticks together came late.
-    pub late_us: u64,
-    /// By how much the latest tick came late.
-    pub late_us_max: u64,
+    /// How well the ticks kept their period.
+    pub pacing: Pacing,
 }

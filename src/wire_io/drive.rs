@@ -2,7 +2,7 @@
 
 use crate::base::Event;
 use crate::wire::{Ending, Master, MasterEvent};
-use crate::wire_io::link::Link;
+use crate::wire_io::link::{Link, LinkError};
 
 /// Whoever runs the job: is told, is asked, and may interrupt.
 pub trait Operator {
@@ -19,17 +19,25 @@ pub trait Operator {
 /// Runs a job to its end. A stop of the operator holds at the next tick at which all axes are
 /// slow enough, and ends the job there; a second one does not wait for that.
 pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
+    link.urgent(true);
+    let ending = run(link, master, operator);
+    link.urgent(false);
+    link.drain();
+    ending
+}
+
+fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
     let mut bytes = Vec::new();
     let mut interrupts = 0;
     loop {
         while let Some(event) = master.poll_event() {
             match &event {
-                MasterEvent::Ended(ending) => {
-                    link.drain();
-                    return ending.clone();
-                }
+                MasterEvent::Ended(ending) => return ending.clone(),
                 MasterEvent::Pause(pause) => {
-                    if operator.pause(pause) {
+                    link.urgent(false);
+                    let go_on = operator.pause(pause);
+                    link.urgent(true);
+                    if go_on {
                         master.resume(link.now_us());
                     } else {
                         master.abandon();
@@ -54,21 +62,19 @@ pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Oper
     }
 }
 
-fn round(
-    link: &mut impl Link,
-    master: &mut Master,
-    bytes: &mut Vec<u8>,
-) -> Result<(), crate::wire_io::link::LinkError> {
+/// Sends what is due, and takes what comes. What has not come by a time is late only if the port has
+/// been looked at since: a host that was held up must not take an answer that waits there for none.
+fn round(link: &mut impl Link, master: &mut Master, bytes: &mut Vec<u8>) -> Result<(), LinkError> {
     let now_us = link.now_us();
-    master.handle_timeout(now_us);
     while let Some(bytes) = master.poll_transmit(now_us) {
         link.send(&bytes)?;
         master.handle_sent(link.now_us());
     }
     if let Some(until_us) = master.poll_timeout() {
+        let looked_us = link.now_us();
         link.receive(bytes, until_us, master.answer_from_us())?;
-        let now_us = link.now_us();
-        master.handle_bytes(now_us, bytes);
+        master.handle_bytes(link.now_us(), bytes);
+        master.handle_timeout(looked_us);
     }
     Ok(())
 }

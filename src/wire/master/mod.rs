@@ -7,7 +7,8 @@
 //! cannot see: a servant that missed a byte (H14).
 //!
 //! # Calling order
-//! Round and round: [`Master::handle_bytes`] with what has come, [`Master::handle_timeout`], then
+//! Round and round: [`Master::handle_bytes`] with what has come, [`Master::handle_timeout`] with a
+//! time from before that was looked for, then
 //! [`Master::poll_transmit`] until it gives nothing (hand all of it to the port, and tell by
 //! [`Master::handle_sent`] when that was done), then
 //! [`Master::poll_event`] until it gives nothing. Come back when bytes come, or at
@@ -17,50 +18,23 @@
 mod direct;
 mod run;
 mod script;
+mod timing;
 
 use std::collections::VecDeque;
 
-use crate::base::machine::{Bus, LISTEN_US, Unit};
+use crate::base::machine::{LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
 use crate::wire::direct::HomeRun;
+use crate::wire::frame;
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
-use crate::wire::nodes::byte_ns;
+use crate::wire::pacing::Pacing;
 use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
 
 use self::direct::{HomeTimes, Jogging};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
-
-/// Bytes handed out at a time: a port that keeps them all is then never far behind the wire.
-const PIECE_BYTES: usize = 64;
-
-/// The times that a host keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Timing {
-    byte_ns: u64,
-    tick_us: u64,
-    /// From a sync byte's stop bit to the start bit of the answer, at most.
-    sync_answer_us: u64,
-    reply_timeout_us: u64,
-}
-
-impl Timing {
-    /// The times of a bus whose clock runs `speed` times as fast as ours. All times that the
-    /// master is given and gives are the bus's; the time-out for answers stays ours.
-    pub fn new(bus: &Bus, speed: f64) -> Self {
-        Timing {
-            byte_ns: byte_ns(bus.baud),
-            tick_us: u64::from(bus.tick_us),
-            sync_answer_us: u64::from(bus.node_tick_us) + ANSWER_PAUSE_US,
-            reply_timeout_us: (f64::from(bus.reply_timeout_ms) * 1000.0 * speed) as u64,
-        }
-    }
-
-    fn byte_us(&self) -> u64 {
-        self.byte_ns.div_ceil(1000)
-    }
-}
+pub use self::timing::Timing;
 
 /// What the master tells its caller.
 #[derive(Clone, Debug, PartialEq)]
@@ -189,8 +163,7 @@ pub struct Master {
     home_times: HomeTimes,
     homed: Vec<HomeRun>,
     buffers_done: u64,
-    late_us: u64,
-    late_us_max: u64,
+    pacing: Pacing,
     events: VecDeque<MasterEvent>,
 }
 
@@ -228,8 +201,7 @@ impl Master {
             home_times: HomeTimes::default(),
             homed: Vec::new(),
             buffers_done: 0,
-            late_us: 0,
-            late_us_max: 0,
+            pacing: Pacing::new(timing.tick_us),
             events: VecDeque::new(),
             job,
         }
@@ -258,7 +230,7 @@ impl Master {
         self.settle(now_us);
     }
 
-    /// The next bytes for the port, at most 64, if it is time for them. Once they have been
+    /// The next bytes for the port, if it is time for them. Once they have been
     /// written, [`Master::handle_sent`] has to be told.
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<Vec<u8>> {
         self.settle(now_us);
@@ -271,9 +243,12 @@ impl Master {
         let State::Sending { action, sent } = &mut self.state else { return None };
         let rest = action.bytes().get(*sent..).unwrap_or_default();
         let last = usize::from(action.is_data() && rest.len() > 1);
-        let piece = rest[..PIECE_BYTES.min(rest.len() - last)].to_vec();
+        let piece = rest[..self.timing.piece_bytes.min(rest.len() - last)].to_vec();
         *sent += piece.len();
         let all_sent = *sent == action.bytes().len();
+        if action.is_fill_command() {
+            self.pacing.fill_begins(now_us);
+        }
         self.occupy_wire(now_us, piece.len());
         if all_sent {
             self.sent();
@@ -394,6 +369,7 @@ impl Master {
                     self.early(&ask, byte);
                 } else if byte == ask.unit.id {
                     self.quiet(now_us);
+                    self.measure_fill(now_us, &ask);
                     self.answered(now_us, ask);
                 } else {
                     self.wrong_answer(ask, byte);
@@ -464,7 +440,7 @@ impl Master {
                 if at == 0 {
                     self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
                 }
-                self.script.extend(direct::direct(direct));
+                self.script.extend(direct::direct(direct, self.timing.reply_timeout_us));
             }
             None => self.end(End::Done),
         }
@@ -519,7 +495,7 @@ impl Master {
     /// A frame waits for the wire: its answer's time counts from then on. Within long ones one
     /// piece may wait while another is on the wire.
     fn send_from_us(&self) -> u64 {
-        let piece_us = self.timing.byte_ns * PIECE_BYTES as u64 / 1000;
+        let piece_us = self.timing.byte_ns * self.timing.piece_bytes as u64 / 1000;
         let from_us = match &self.state {
             State::Sending { action, sent } if action.is_last_of_data(*sent) => {
                 self.wire_free_us() + u64::from(LISTEN_US)
@@ -534,6 +510,13 @@ impl Master {
     fn quiet(&mut self, now_us: u64) {
         let rest_us = ANSWER_PAUSE_US.saturating_sub(self.timing.byte_us());
         self.quiet_until_us = now_us + rest_us;
+    }
+
+    fn measure_fill(&mut self, now_us: u64, ask: &Ask) {
+        if let Question::FillData { .. } = ask.question {
+            let bytes = frame::fill(ask.unit.id, true).len() + ask.bytes.len();
+            self.pacing.filled(now_us, self.timing.byte_ns * bytes as u64);
+        }
     }
 
     /// Before all bytes can have left the wire. The last two may have come in no time: a
@@ -579,8 +562,7 @@ impl Master {
             axes,
             homed: std::mem::take(&mut self.homed),
             power_cycle,
-            late_us: self.late_us,
-            late_us_max: self.late_us_max,
+            pacing: self.pacing.clone(),
         }));
     }
 }

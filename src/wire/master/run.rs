@@ -154,9 +154,9 @@ impl Master {
         run.sent_us = run.sent_us.max(now_us);
         run.deadline_us = run.deadline_us.max(Some(deadline_us));
         if let Some(scheduled_us) = run.scheduled_us.take() {
-            let late_us = now_us.saturating_sub(scheduled_us);
-            self.late_us += late_us;
-            self.late_us_max = self.late_us_max.max(late_us);
+            let before_us = scheduled_us - self.timing.tick_us;
+            let answer_us = run.answered_us.saturating_sub(before_us);
+            self.pacing.tick(run.sent_us - before_us, answer_us);
         }
     }
 

@@ -96,6 +96,11 @@ impl Action {
         matches!(ask.question, Question::FillData { .. } | Question::Drain { .. })
     }
 
+    /// Whether it tells a node to take a buffer.
+    pub(super) fn is_fill_command(&self) -> bool {
+        matches!(self, Action::Ask(Ask { question: Question::FillCommand { .. }, .. }))
+    }
+
     /// Whether all but one byte of a node's buffer have been sent.
     pub(super) fn is_last_of_data(&self, sent: usize) -> bool {
         self.is_data() && sent > 0 && sent + 1 == self.bytes().len()

@@ -3,6 +3,7 @@
 pub mod direct;
 mod live;
 mod operator;
+mod pacing;
 mod result;
 pub mod sim;
 
@@ -18,7 +19,7 @@ use cnc::wire::{
     self, ANSWER_PAUSE_US, Direct, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes,
     Timing,
 };
-use cnc::wire_io::{self, Link, Paced, Serial, Sim, Speed, drive};
+use cnc::wire_io::{Link, Paced, Sim, Speed, drive};
 use cnc::{tape, verify};
 
 use self::operator::Terminal;
@@ -28,6 +29,7 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
+use crate::port::{Port, PortArgs};
 use crate::program::{MotionArgs, Program};
 use crate::progress::Bar;
 
@@ -37,10 +39,8 @@ use crate::progress::Bar;
 /// stop without a ramp, or at the end of the buffer; a second one does not wait for that.
 #[derive(Debug, Default, clap::Args)]
 pub struct Args {
-    /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program;
-    /// sim:seed=N and sim:faults=SPEC+… have faults (docs/bus.md)
-    #[arg(value_name = "PORT")]
-    port: PathBuf,
+    #[command(flatten)]
+    pub port: PortArgs,
     /// NC program or command dump; - is standard input
     #[arg(value_name = "FILE", required_unless_present = "execute")]
     file: Option<PathBuf>,
@@ -65,12 +65,13 @@ pub struct Args {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = args.file.as_deref().map(input::source).transpose()?;
-    check_speed(args)?;
+    let port = args.port.port(global)?;
+    check_speed(args, &port)?;
     let machine = input::machine(global)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
             let job = dump(&source, &machine)?;
-            return run_job(args, global, &machine, job, None);
+            return run_job(args, global, &port, &machine, job, None);
         }
         (Some(file), Some(source)) => Program::check(file, source, machine, &args.motion, global)?,
         _ => Program::check_typed(&args.execute, machine, &args.motion, global)?,
@@ -83,7 +84,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
     let job = gather(program.commands(&summary)?, start_steps, machine)?.or_bad_input()?;
-    run_job(args, global, machine, job, Some(&program))
+    run_job(args, global, &port, machine, job, Some(&program))
 }
 
 /// Lints, shows and runs a job; the program that it was made from, if it is at hand, is what the
@@ -91,12 +92,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 pub fn run_job(
     args: &Args,
     global: &Global,
+    port: &Port,
     machine: &Machine,
     job: Job,
     program: Option<&Program>,
 ) -> Outcome {
+    let machine = &port.machine(machine);
     let proof = wire::lint(&job, machine).or_bad_input()?;
-    let simulation = Simulation::of_port(&args.port)?;
+    let simulation = Simulation::of_port(&args.port.port)?;
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let is_direct = direct::of_job(&job).next().is_some();
     let report = Report { machine, global, is_direct };
@@ -120,7 +123,7 @@ pub fn run_job(
     }
     match faults {
         Some(faults) => simulate(&report, job, operator, faults, program),
-        None => send(args, &report, job, operator),
+        None => send(args, port, &report, job, operator),
     }
 }
 
@@ -171,10 +174,9 @@ fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
 }
 
 /// Real nodes keep their own time.
-pub fn check_speed(args: &Args) -> anyhow::Result<()> {
-    let is_virtual = wire_io::is_pseudo_terminal(&args.port);
-    if args.speed.is_some() && args.port.exists() && !is_virtual {
-        let port = args.port.display();
+pub fn check_speed(args: &Args, port: &Port) -> anyhow::Result<()> {
+    if args.speed.is_some() && port.is_real() {
+        let port = args.port.port.display();
         return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));
     }
     Ok(())
@@ -194,7 +196,8 @@ fn simulate(
     let asked = faults.len();
     let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
     let mut link = Sim::new(nodes.with_faults(faults));
-    let (job, ending) = stream(&mut link, machine, job, Speed::Times(1.0), &mut operator);
+    let timing = Timing::new(bus, 1.0);
+    let (job, ending) = stream(&mut link, machine, job, timing, &mut operator);
     let nodes = link.nodes_mut();
     let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
     report.struck(&struck, asked);
@@ -231,29 +234,29 @@ fn verified(program: &Program) -> anyhow::Result<verify::Report> {
     Ok(verify::verify(&setup, commands, || Ok::<_, RunError>(program.path()))?)
 }
 
-fn send(args: &Args, report: &Report<'_>, job: Job, mut operator: Terminal) -> Outcome {
+fn send(
+    args: &Args,
+    port: &Port,
+    report: &Report<'_>,
+    job: Job,
+    mut operator: Terminal,
+) -> Outcome {
     let machine = report.machine;
     let speed = args.speed.unwrap_or(Speed::Times(1.0));
-    let port = Serial::open(&args.port, machine.bus.baud).or_bus()?;
-    if let Some(ms) = wire_io::latency_timer_ms(&args.port).filter(|ms| *ms > 1) {
-        operator.say(&format!(
-            "the adapter keeps answers back for up to {ms} ms; 1 ms is better: echo 1 | sudo tee \
-             /sys/bus/usb-serial/devices/*/latency_timer"
-        ));
-    }
+    let timing = port.timing(&machine.bus, speed);
+    let port = port.open(&machine.bus, |note| operator.say(note))?;
     let mut link = Paced::new(port, speed);
-    let (_, ending) = stream(&mut link, machine, job, speed, &mut operator);
-    report.ending(&ending)
+    let (_, ending) = stream(&mut link, machine, job, timing, &mut operator);
+    report.ending(&ending, link.priority())
 }
 
 fn stream(
     link: &mut impl Link,
     machine: &Machine,
     job: Job,
-    speed: Speed,
+    timing: Timing,
     operator: &mut Terminal,
 ) -> (Job, Ending) {
-    let timing = Timing::new(&machine.bus, speed.factor());
     operator.watch(&job, machine);
     operator.bar.begin(job.ticks);
     let mut master = Master::new(job, machine, timing);

@@ -75,8 +75,11 @@ impl Terminal {
         Ok(())
     }
 
-    /// Asks for a yes; without a terminal the answer is yes.
+    /// Asks for a yes; without a terminal the answer is yes, and no once the system wants an end.
     pub fn asks(&self, question: &str) -> bool {
+        if self.interrupts.by_system().is_some() {
+            return false;
+        }
         if !self.can_ask {
             return true;
         }
@@ -157,12 +160,15 @@ impl Operator for Terminal {
         }
         if count > self.told {
             self.told = count;
-            self.say(if self.live.is_none() && count == 1 {
-                "stopping when the axis under way is at its switch; a second Ctrl-C does not wait for that"
-            } else if count == 1 {
-                "stopping where the axes are slow enough; a second Ctrl-C does not wait for that"
+            let why = self.interrupts.by_system().map_or(String::new(), |why| format!("{why}: "));
+            let where_to = match self.live {
+                Some(_) => "where the axes are slow enough",
+                None => "when the axis under way is at its switch",
+            };
+            self.say(&if count == 1 {
+                format!("{why}stopping {where_to}; a second Ctrl-C does not wait for that")
             } else {
-                "stopping at once"
+                format!("{why}stopping at once")
             });
         }
         count
