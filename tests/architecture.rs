@@ -20,7 +20,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
 ];
 
 /// What only some files may name: the first part of their paths under src/.
-const RESERVED: [(&str, &str); 8] = [
+const RESERVED: [(&str, &str); 9] = [
     ("anyhow", "bin/"),
     ("clap", "bin/"),
     ("indicatif", "bin/"),
@@ -29,6 +29,7 @@ const RESERVED: [(&str, &str); 8] = [
     ("println!", "bin/"),
     ("eprintln!", "bin/"),
     ("serialport", "wire_io/serial.rs"),
+    ("thread_priority", "wire_io/priority.rs"),
 ];
 
 /// What a job decides must not hang on a clock, a thread or a device.

@@ -12,6 +12,7 @@ use cnc::wire_io::Pty;
 fn cnc() -> Process {
     let mut process = Process::new(env!("CARGO_BIN_EXE_cnc"));
     process.env_remove("CNC_MACHINE").stdin(Stdio::null());
+    process.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
     process
 }
 
@@ -280,7 +281,7 @@ fn a_peer_that_closes_ends_the_job() {
     std::thread::sleep(std::time::Duration::from_millis(300));
     node.child.kill().unwrap();
     let output = host.wait_with_output().unwrap();
-    check_refused(&output, 3, "closed by its other end");
+    check_refused(&output, 3, "the port is gone");
     // The first node was being filled.
     check_refused(&output, 3, "switch all nodes off and on");
 }

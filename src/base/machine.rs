@@ -7,7 +7,7 @@
 mod canonical;
 mod error;
 mod file;
-mod keys;
+pub(in crate::base) mod keys;
 mod timing;
 
 use std::collections::BTreeMap;

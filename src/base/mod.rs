@@ -3,6 +3,7 @@
 
 pub mod axis;
 pub mod command;
+pub mod config;
 pub mod diagnostic;
 pub mod machine;
 pub mod plane;
@@ -13,6 +14,7 @@ pub mod spline;
 
 pub use axis::{Axis, AxisMap, AxisSet, Point};
 pub use command::{Command, Event, EventKind, EventWords, Tick};
+pub use config::{Config, PortConfig};
 pub use diagnostic::{CallSite, Diagnostic, Severity, Span};
 pub use machine::Machine;
 pub use plane::Plane;

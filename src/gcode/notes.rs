@@ -31,7 +31,7 @@ static NOTES: &[(u8, u16, &str)] = &[
     (b'G', 510, "I J K are factors; P is one for all axes. FANUC takes P in thousandths if it has no point."),
     (b'G', 520, "A shift of all work coordinate systems, until G52 X0 Y0 Z0."),
     (b'G', 530, "For one block, and only beside G0 or G1."),
-    (b'G', 640, "P is how far a corner may be cut; on Siemens G64 is continuous path without a tolerance."),
+    (b'G', 640, "P is how far a corner may be cut; on Siemens G64 is continuous path without a tolerance. Q joins no lines here: on LinuxCNC it joins those that are nearly one."),
     (b'G', 650, "A to Z become #1 to #26 of the subprogram."),
     (b'G', 680, "R is the angle in degrees about X Y. On FANUC lathes: double turrets."),
     (b'G', 730, "On FANUC lathes: pattern repeating."),

@@ -2,7 +2,7 @@
 
 use crate::base::Event;
 use crate::wire::{Ending, Master, MasterEvent};
-use crate::wire_io::link::Link;
+use crate::wire_io::link::{Link, LinkError};
 
 /// Whoever runs the job: is told, is asked, and may interrupt.
 pub trait Operator {
@@ -10,6 +10,10 @@ pub trait Operator {
     fn event(&mut self, event: &MasterEvent);
     /// An event waits for a person, all nodes idle: go on?
     fn pause(&mut self, event: &Event) -> bool;
+    /// A hold took effect, of which [`Operator::event`] has told: go on? Nobody there: no.
+    fn held(&mut self, _master: &Master) -> bool {
+        false
+    }
     /// Told again and again how far the job is.
     fn progress(&mut self, master: &Master);
     /// How often the operator has asked to stop so far.
@@ -17,19 +21,28 @@ pub trait Operator {
 }
 
 /// Runs a job to its end. A stop of the operator holds at the next tick at which all axes are
-/// slow enough, and ends the job there; a second one does not wait for that.
+/// slow enough, where the job goes on or ends as the operator says; a second one does not wait for
+/// that.
 pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
+    link.urgent(true);
+    let ending = run(link, master, operator);
+    link.urgent(false);
+    link.drain();
+    ending
+}
+
+fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
     let mut bytes = Vec::new();
     let mut interrupts = 0;
     loop {
         while let Some(event) = master.poll_event() {
             match &event {
-                MasterEvent::Ended(ending) => {
-                    link.drain();
-                    return ending.clone();
-                }
+                MasterEvent::Ended(ending) => return ending.clone(),
                 MasterEvent::Pause(pause) => {
-                    if operator.pause(pause) {
+                    link.urgent(false);
+                    let go_on = operator.pause(pause);
+                    link.urgent(true);
+                    if go_on {
                         master.resume(link.now_us());
                     } else {
                         master.abandon();
@@ -37,7 +50,16 @@ pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Oper
                 }
                 MasterEvent::Held { .. } => {
                     operator.event(&event);
-                    master.abandon();
+                    link.urgent(false);
+                    let go_on = operator.held(master);
+                    link.urgent(true);
+                    if go_on {
+                        master.resume(link.now_us());
+                    } else {
+                        master.abandon();
+                    }
+                    // Stops while the question stood were its answer.
+                    interrupts = operator.interrupts();
                 }
                 _ => operator.event(&event),
             }
@@ -45,7 +67,7 @@ pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Oper
         operator.progress(master);
         while interrupts < operator.interrupts() {
             interrupts += 1;
-            master.hold(link.now_us());
+            master.hold();
         }
         bytes.clear();
         if let Err(error) = round(link, master, &mut bytes) {
@@ -54,21 +76,19 @@ pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Oper
     }
 }
 
-fn round(
-    link: &mut impl Link,
-    master: &mut Master,
-    bytes: &mut Vec<u8>,
-) -> Result<(), crate::wire_io::link::LinkError> {
+/// Sends what is due, and takes what comes. What has not come by a time is late only if the port has
+/// been looked at since: a host that was held up must not take an answer that waits there for none.
+fn round(link: &mut impl Link, master: &mut Master, bytes: &mut Vec<u8>) -> Result<(), LinkError> {
     let now_us = link.now_us();
-    master.handle_timeout(now_us);
     while let Some(bytes) = master.poll_transmit(now_us) {
         link.send(&bytes)?;
         master.handle_sent(link.now_us());
     }
     if let Some(until_us) = master.poll_timeout() {
+        let looked_us = link.now_us();
         link.receive(bytes, until_us, master.answer_from_us())?;
-        let now_us = link.now_us();
-        master.handle_bytes(now_us, bytes);
+        master.handle_bytes(link.now_us(), bytes);
+        master.handle_timeout(looked_us);
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use crate::wire_io::clock::{Clock, Speed};
+use crate::wire_io::priority::Priority;
 
 /// Sleeping is this inexact; the rest of a wait is spent awake.
 const SPIN: Duration = Duration::from_micros(200);
@@ -17,7 +18,7 @@ const SLEEP_MAX: Duration = Duration::from_millis(50);
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// The other end is gone.
-    #[error("the port was closed by its other end")]
+    #[error("the port is gone: closed by its other end, or pulled out")]
     Closed,
     /// Nothing can be written: the other end does not read, or the adapter hangs.
     #[error("the port takes no more bytes: its other end does not read them")]
@@ -50,6 +51,9 @@ pub trait Link {
         answer_from_us: Option<u64>,
     ) -> Result<(), LinkError>;
 
+    /// From here on, or no longer, the thread must not be held up by others.
+    fn urgent(&mut self, _urgent: bool) {}
+
     /// Lets bytes that are still on their way arrive.
     fn drain(&mut self) {}
 }
@@ -77,12 +81,18 @@ pub trait Port {
 pub struct Paced<P> {
     port: P,
     clock: Clock,
+    priority: Priority,
 }
 
 impl<P: Port> Paced<P> {
     /// Paces a port.
     pub fn new(port: P, speed: Speed) -> Self {
-        Paced { port, clock: Clock::new(speed) }
+        Paced { port, clock: Clock::new(speed), priority: Priority::default() }
+    }
+
+    /// Whether the system lets the thread that paces go before others.
+    pub fn priority(&self) -> Priority {
+        self.priority
     }
 
     fn read(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<usize, LinkError> {
@@ -131,6 +141,15 @@ impl<P: Port> Link for Paced<P> {
         }
         self.read(bytes, Duration::ZERO)?;
         Ok(())
+    }
+
+    fn urgent(&mut self, urgent: bool) {
+        match self.clock.speed() {
+            // It never waits, and would let nobody else run.
+            Speed::Max => {}
+            Speed::Times(_) if urgent => self.priority.raise(),
+            Speed::Times(_) => self.priority.lower(),
+        }
     }
 
     fn drain(&mut self) {

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 
 use crate::wire_io::link::{LinkError, Port};
+use crate::wire_io::ports::{self, Access, Holder, OpenDevices, Remedy};
 
 /// How long a port may take no bytes.
 const WRITE_WAIT: Duration = Duration::from_secs(1);
@@ -20,17 +21,25 @@ const SETTLE: Duration = Duration::from_millis(20);
 pub enum OpenError {
     /// There is no such file.
     #[error(
-        "there is no port {0}; is the adapter plugged in? `ls /dev/tty*` lists what there is, and sim: needs no port"
+        "there is no port {0}; is the adapter plugged in? `cnc ports` lists what there is, and sim: needs no port"
     )]
     Missing(PathBuf),
     /// The user may not use it.
-    #[error(
-        "no permission for {0}; serial ports belong to the group dialout: `sudo usermod -aG dialout $USER`, then log in again"
-    )]
-    Permission(PathBuf),
+    #[error("no permission for {port}: {remedy}")]
+    Permission {
+        /// The port.
+        port: PathBuf,
+        /// What lets the user use it.
+        remedy: Remedy,
+    },
     /// Another program has it.
-    #[error("{0} is in use by another program; `fuser {0}` names it")]
-    Busy(PathBuf),
+    #[error("{port} is in use by {}", holders(.port, .by))]
+    Busy {
+        /// The port.
+        port: PathBuf,
+        /// Who has it, as far as this user may know.
+        by: Vec<Holder>,
+    },
     /// It is a file, a folder or another device.
     #[error("{0} is no serial port")]
     NotSerial(PathBuf),
@@ -46,24 +55,51 @@ pub enum OpenError {
     },
 }
 
+fn holders(port: &Path, by: &[Holder]) -> String {
+    match by {
+        [] => format!("another program; `sudo fuser {}` names it", port.display()),
+        by => by.iter().take(5).map(Holder::to_string).collect::<Vec<_>>().join(", "),
+    }
+}
+
 /// An open serial port.
 #[derive(Debug)]
 pub struct Serial {
     port: TTYPort,
+    path: PathBuf,
 }
 
 impl Serial {
     /// Opens a port, 8 data bits, no parity, 1 stop bit, and forgets what it has received.
     ///
+    /// It is locked (`TIOCEXCL` and `flock`) against others that come later. Those that have it open
+    /// already without a lock, or that root would not be kept out by, are looked for before it is
+    /// touched.
+    ///
     /// # Errors
     /// See [`OpenError`]; each says what to do.
     pub fn open(path: &Path, baud: u32) -> Result<Serial, OpenError> {
+        let by = OpenDevices::scan(Path::new("/proc")).holders(path);
+        if !by.is_empty() && is_terminal(path) {
+            return Err(OpenError::Busy { port: path.to_owned(), by });
+        }
         let name = path.to_string_lossy();
         let builder = serialport::new(name, baud).timeout(WRITE_WAIT);
         let port = TTYPort::open(&builder).map_err(|error| open_error(path, baud, &error))?;
         let other = |error: serialport::Error| open_error(path, baud, &error);
         port.clear(ClearBuffer::Input).map_err(other)?;
-        Ok(Serial { port })
+        Ok(Serial { port, path: path.to_owned() })
+    }
+
+    /// Time that ran out and signals are no failures: whoever calls looks at the clock and the stop.
+    /// A port that is gone has no file any more, whatever the error is called.
+    fn none_in_time(&self, error: io::Error) -> Result<(), LinkError> {
+        match error.kind() {
+            ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted => Ok(()),
+            ErrorKind::BrokenPipe => Err(LinkError::Closed),
+            _ if !self.path.exists() => Err(LinkError::Closed),
+            _ => Err(LinkError::Io(error)),
+        }
     }
 }
 
@@ -71,8 +107,17 @@ fn open_error(path: &Path, baud: u32, error: &serialport::Error) -> OpenError {
     let port = path.to_owned();
     match error.kind() {
         serialport::ErrorKind::Io(ErrorKind::NotFound) => OpenError::Missing(port),
-        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => OpenError::Permission(port),
-        serialport::ErrorKind::NoDevice => OpenError::Busy(port),
+        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+            let remedy = match ports::access(path, Path::new("/etc")) {
+                Access::Denied(remedy) => remedy,
+                Access::Granted | Access::NoFile => Remedy::Rule,
+            };
+            OpenError::Permission { port, remedy }
+        }
+        serialport::ErrorKind::NoDevice => {
+            let by = OpenDevices::scan(Path::new("/proc")).holders(path);
+            OpenError::Busy { port, by }
+        }
         _ if !is_terminal(path) => OpenError::NotSerial(port),
         _ => OpenError::Other { port, baud, reason: error.to_string() },
     }
@@ -91,10 +136,21 @@ pub fn is_pseudo_terminal(path: &Path) -> bool {
 
 /// How long a USB adapter keeps received bytes back (16 ms on FTDI chips unless set), if it says.
 pub fn latency_timer_ms(path: &Path) -> Option<u32> {
+    std::fs::read_to_string(latency_timer(path)?).ok()?.trim().parse().ok()
+}
+
+/// Sets that, where the adapter has such a timer and the user may.
+///
+/// # Errors
+/// When the system refuses; as a rule only root may.
+pub fn set_latency_timer(path: &Path, ms: u32) -> io::Result<()> {
+    let file = latency_timer(path).filter(|file| file.exists());
+    file.map_or(Ok(()), |file| std::fs::write(file, ms.to_string()))
+}
+
+fn latency_timer(path: &Path) -> Option<PathBuf> {
     let path = path.canonicalize().ok()?;
-    let name = path.file_name()?;
-    let file = Path::new("/sys/bus/usb-serial/devices").join(name).join("latency_timer");
-    std::fs::read_to_string(file).ok()?.trim().parse().ok()
+    Some(Path::new("/sys/bus/usb-serial/devices").join(path.file_name()?).join("latency_timer"))
 }
 
 impl Port for Serial {
@@ -105,7 +161,7 @@ impl Port for Serial {
         while !rest.is_empty() {
             match self.port.write(rest) {
                 Ok(count) => rest = rest.get(count..).unwrap_or_default(),
-                Err(error) => none_in_time(error)?,
+                Err(error) => self.none_in_time(error)?,
             }
             if !rest.is_empty() && Instant::now() >= give_up {
                 return Err(LinkError::Stalled);
@@ -119,7 +175,7 @@ impl Port for Serial {
         match self.port.read(bytes) {
             Ok(0) => Err(LinkError::Closed),
             Ok(count) => Ok(count),
-            Err(error) => none_in_time(error).map(|()| 0),
+            Err(error) => self.none_in_time(error).map(|()| 0),
         }
     }
 
@@ -129,17 +185,5 @@ impl Port for Serial {
             std::thread::sleep(Duration::from_millis(1));
         }
         std::thread::sleep(SETTLE);
-    }
-}
-
-/// Time that ran out and signals are no failures: whoever calls looks at the clock and the stop.
-fn none_in_time(error: io::Error) -> Result<(), LinkError> {
-    match error.kind() {
-        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted => Ok(()),
-        ErrorKind::BrokenPipe => Err(LinkError::Closed),
-        _ if error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) => {
-            Err(LinkError::Closed)
-        }
-        _ => Err(LinkError::Io(error)),
     }
 }

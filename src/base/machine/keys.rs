@@ -18,7 +18,7 @@ const FAULTS_MAX: usize = 100;
 const EXCERPT_BYTES: usize = 100;
 
 /// A parsed text, the keys asked of it so far, and what was wrong with them.
-pub(super) struct Keys<'t> {
+pub(in crate::base) struct Keys<'t> {
     text: &'t str,
     root: Spanned<DeTable<'t>>,
     asked: BTreeSet<String>,
@@ -58,6 +58,21 @@ impl<'t> Keys<'t> {
             return false;
         }
         self.has_table(path)
+    }
+
+    /// The tables in a table whose names are the user's, in their order.
+    pub fn names(&mut self, path: &str) -> Vec<String> {
+        if !self.has_table(path) {
+            return Vec::new();
+        }
+        let table = self.value(path).and_then(|value| value.get_ref().as_table());
+        let names = table.into_iter().flatten().map(|(key, _)| key.get_ref().to_string());
+        // A path with a dot would lead elsewhere.
+        let (dotted, names): (Vec<_>, Vec<_>) = names.partition(|name| name.contains('.'));
+        for name in dotted {
+            self.wrong(path, format!("the name '{name}' holds a dot"), None);
+        }
+        names
     }
 
     /// A number that may be left out.

@@ -16,6 +16,7 @@ Examples:
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
   cnc jog /dev/ttyUSB0 X --by -5             move one axis by 5 mm
   cnc home /dev/ttyUSB0                      send the axes to their switches
+  cnc ports                                  which serial ports there are
   cnc machine show router                    what a machine can do
   cnc explain no-feed                        what a rule or a code means
 
@@ -74,6 +75,7 @@ pub enum Command {
     Jog(cmd::jog::Args),
     Home(cmd::home::Args),
     Node(cmd::node::Args),
+    Ports(cmd::ports::Args),
     Machine(cmd::machine::Args),
     Explain(cmd::explain::Args),
 }

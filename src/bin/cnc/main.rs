@@ -16,12 +16,15 @@ macro_rules! say {
 
 mod args;
 mod cmd;
+mod config;
 mod exit;
 mod fixed;
 mod input;
 mod interrupt;
+mod journal;
 mod language;
 mod output;
+mod port;
 mod program;
 mod progress;
 mod report;
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
         Command::Jog(args) => cmd::jog::run(args, global),
         Command::Home(args) => cmd::home::run(args, global),
         Command::Node(args) => cmd::node::run(args, global),
+        Command::Ports(args) => cmd::ports::run(args, global),
         Command::Machine(args) => cmd::machine::run(args, global),
         Command::Explain(args) => cmd::explain::run(args, global),
     };

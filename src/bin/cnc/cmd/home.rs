@@ -3,8 +3,8 @@
 use cnc::base::Axis;
 use cnc::wire;
 
-use super::send::direct::{self, AxisList, PortArgs};
-use super::send::{check_speed, run_job};
+use super::send::direct::{self, AxisList, DirectArgs};
+use super::send::{by_hand, check_speed, run_job};
 use crate::args::Global;
 use crate::exit::{ExitWith, Outcome};
 use crate::input::{self, Start};
@@ -16,7 +16,7 @@ use crate::input::{self, Start};
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    port: PortArgs,
+    direct: DirectArgs,
     /// Axes, as X Z [default: the profile's home_order, or all]
     #[arg(value_name = "AXES", value_parser = direct::axes)]
     axes: Vec<AxisList>,
@@ -31,15 +31,16 @@ pub struct Args {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let mut machine = input::machine(global)?;
-    let send = args.port.to_send(true);
-    check_speed(&send)?;
+    let send = args.direct.to_send(true);
+    let port = send.port.port(global)?;
+    check_speed(&send, &port)?;
     let axes: Vec<Axis> = args.axes.iter().flat_map(|list| list.0.iter().copied()).collect();
     let counted =
         args.start.as_ref().map(|start| machine.nearest_steps(&start.position_mm(&machine)));
     let job = wire::homing(&machine, &axes, counted, args.measured_tick).or_bad_input()?;
     // Simulated nodes take over a tick what the machine's were measured to take.
-    if let Some(tick_us) = args.measured_tick.filter(|_| args.port.is_sim().unwrap_or(false)) {
+    if let Some(tick_us) = args.measured_tick.filter(|_| args.direct.is_sim().unwrap_or(false)) {
         machine.bus.node_tick_us = tick_us;
     }
-    run_job(&send, global, &machine, job, None)
+    run_job(&send, global, &port, &machine, job, by_hand("home", &machine))
 }

@@ -9,8 +9,8 @@ use cnc::plan::{self, Feed};
 use cnc::step;
 use cnc::wire::{self, Job};
 
-use super::send::direct::{self, PortArgs};
-use super::send::{check_speed, gather, run_job};
+use super::send::direct::{self, DirectArgs};
+use super::send::{by_hand, check_speed, gather, run_job};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
@@ -22,7 +22,7 @@ use crate::interrupt::Interrupts;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    port: PortArgs,
+    direct: DirectArgs,
     /// The axis
     #[arg(value_name = "AXIS", value_parser = direct::axis)]
     axis: Axis,
@@ -55,12 +55,13 @@ fn feed(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
     // Who says where the axis stands knows what is about to happen.
-    let send = args.port.to_send(args.raw || args.from.is_none());
-    check_speed(&send)?;
+    let send = args.direct.to_send(args.raw || args.from.is_none());
+    let port = send.port.port(global)?;
+    check_speed(&send, &port)?;
     if args.raw {
         let interrupts = Interrupts::watch()?;
         let job = wire::raw_jog(&machine, args.axis, args.by, args.feed).or_bad_input()?;
-        let exit = run_job(&send, global, &machine, job, None)?;
+        let exit = run_job(&send, global, &port, &machine, job, by_hand("jog", &machine))?;
         // Ctrl-C has stopped the axis as it is meant to; a script still has to know.
         let stopped = exit == Exit::Ok && interrupts.count() > 0;
         return Ok(if stopped { Exit::Interrupted } else { exit });
@@ -69,7 +70,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     start_mm[args.axis] = args.from.unwrap_or(start_mm[args.axis]);
     let way = path::jog(&machine, args.axis, start_mm, args.by, args.feed).or_bad_input()?;
     let job = planned(&machine, way, start_mm)?;
-    run_job(&send, global, &machine, job.only([args.axis].into_iter().collect()), None)
+    let job = job.only([args.axis].into_iter().collect());
+    run_job(&send, global, &port, &machine, job, by_hand("jog", &machine))
 }
 
 /// The job of one way.

@@ -7,5 +7,6 @@ pub mod interpret;
 pub mod jog;
 pub mod machine;
 pub mod node;
+pub mod ports;
 pub mod send;
 pub mod verify;

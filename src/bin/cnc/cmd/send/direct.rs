@@ -1,8 +1,6 @@
 //! Jobs that no file is read for, as `jog` and `home` make them: their options, and what is said of
 //! what nodes do by themselves.
 
-use std::path::PathBuf;
-
 use cnc::base::Axis;
 use cnc::base::rounding::six_digits;
 use cnc::wire::{Audit, Direct, HomeRun, Job, Step};
@@ -10,13 +8,14 @@ use cnc::wire_io::Speed;
 use serde_json::{Value, json};
 
 use super::{Args, sim::Simulation};
+use crate::journal::JournalArgs;
+use crate::port::PortArgs;
 
 /// Where such a job goes, and how.
 #[derive(Clone, Debug, clap::Args)]
-pub struct PortArgs {
-    /// Serial port, pseudo-terminal of `cnc node`, or sim: for nodes within this program
-    #[arg(value_name = "PORT")]
-    pub port: PathBuf,
+pub struct DirectArgs {
+    #[command(flatten)]
+    pub port: PortArgs,
     /// Check and show what would be done, send nothing
     #[arg(long)]
     pub dry_run: bool,
@@ -26,9 +25,11 @@ pub struct PortArgs {
     /// Pace so many times faster, for virtual nodes that run at the same speed
     #[arg(long, value_name = "K|max")]
     pub speed: Option<Speed>,
+    #[command(flatten)]
+    pub journal: JournalArgs,
 }
 
-impl PortArgs {
+impl DirectArgs {
     /// The same, as options of `send`; whether it asks is decided by the caller.
     pub fn to_send(&self, asks: bool) -> Args {
         Args {
@@ -36,13 +37,14 @@ impl PortArgs {
             dry_run: self.dry_run,
             yes: self.yes || !asks,
             speed: self.speed,
+            journal: self.journal.clone(),
             ..Args::default()
         }
     }
 
     /// Whether the nodes are within this program.
     pub fn is_sim(&self) -> anyhow::Result<bool> {
-        Ok(Simulation::of_port(&self.port)?.is_some())
+        Ok(Simulation::of_port(&self.port.port)?.is_some())
     }
 }
 

@@ -7,9 +7,10 @@ use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Event, EventKind, Machine};
 use cnc::verify::{self, Verdict};
 use cnc::wire::{End, Ending, FaultSpec, Job, Position, Proof, Struck};
+use cnc::wire_io::Priority;
 use serde_json::{Map, Value, json};
 
-use super::direct;
+use super::{direct, pacing};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
 
@@ -135,7 +136,10 @@ impl Report<'_> {
     }
 
     /// The end of a job on nodes outside.
-    pub fn ending(&self, ending: &Ending) -> Outcome {
+    pub fn ending(&self, ending: &Ending, priority: Priority) -> Outcome {
+        if !self.global.quiet {
+            pacing::say_priority(&ending.pacing.figures(), priority, self.global.verbose);
+        }
         self.finish(ending, None)
     }
 
@@ -184,6 +188,11 @@ impl Report<'_> {
             say!("the last line reached is {}", ending.line);
         }
         self.positions(ending);
+        let pacing = ending.pacing.figures();
+        // Simulated nodes and their host are never late.
+        if !self.global.quiet && (simulated.is_none() || self.global.verbose) {
+            pacing::say(&pacing, self.global.verbose);
+        }
         if self.global.json {
             let mut result = self.base(name, ending.ticks, ending.buffers);
             let axes = ending.axes.iter().map(|end| {
@@ -191,6 +200,7 @@ impl Report<'_> {
                     "steps": end.counted.then_some(end.steps),
                     "position_mm": end.counted.then_some(end.position_mm),
                     "state": end.position.name(),
+                    "why": end.why.map(|why| why.to_string()),
                 });
                 if let Some(run) = ending.homed.iter().find(|run| run.axis == end.axis) {
                     state["homed"] = direct::as_json(run);
@@ -200,8 +210,7 @@ impl Report<'_> {
             result.insert("axes".to_owned(), Value::Object(axes.collect()));
             result.insert("line".to_owned(), json!(ending.line));
             result.insert("power_cycle".to_owned(), json!(ending.power_cycle));
-            result.insert("late_us".to_owned(), json!(ending.late_us));
-            result.insert("late_us_max".to_owned(), json!(ending.late_us_max));
+            result.insert("pacing".to_owned(), json!(pacing));
             if let Some(found) = found {
                 let as_planned = found.difference.is_none() && found.hazards == 0;
                 result.insert("executed_as_planned".to_owned(), json!(as_planned));
@@ -218,7 +227,7 @@ impl Report<'_> {
             unless_unread(writeln!(io::stdout(), "{name}"))?;
         } else {
             let (ticks, buffers) = (ending.ticks, ending.buffers);
-            let (late, late_max) = (ending.late_us as f64 * 1e-3, ending.late_us_max as f64 * 1e-3);
+            let (late, late_max) = (pacing.late_us as f64 * 1e-3, pacing.late_us_max as f64 * 1e-3);
             unless_unread(writeln!(
                 io::stdout(),
                 "{name}: {ticks} ticks acknowledged in {buffers} whole buffers; late by \
@@ -236,9 +245,7 @@ impl Report<'_> {
             let state = match end.position {
                 Position::Known => "known",
                 Position::KnownUntilPowerOff => "known until its node is switched off",
-                Position::Unconfirmed => {
-                    "not confirmed: other nodes have acknowledged its ticks, its own could not be asked"
-                }
+                Position::Unconfirmed => "not confirmed",
                 Position::Unknown => "unknown from here on: home it",
             };
             let unit = unit(end.axis);
@@ -246,7 +253,13 @@ impl Report<'_> {
                 say!("{} is at no known position: home it", end.axis);
                 continue;
             }
-            say!("{} at {:.3} {unit} (step {}), {state}", end.axis, end.position_mm, end.steps);
+            let why = end.why.map_or(String::new(), |why| format!("; {why}"));
+            say!(
+                "{} at {:.3} {unit} (step {}), {state}{why}",
+                end.axis,
+                end.position_mm,
+                end.steps
+            );
         }
         if ending.power_cycle && self.is_direct {
             say!("what the nodes do now cannot be known: switch all of them off and on, then home");

@@ -1,0 +1,47 @@
+//! Which `cnc.toml` files there are, and what they say together: the folder's before the user's.
+//! Options of the command line and `CNC_*` go before both.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use cnc::base::Config;
+use cnc::base::source::as_text;
+
+use crate::args::Global;
+use crate::report;
+
+const FILE: &str = "cnc.toml";
+
+/// Reads the files that are there, and draws what is wrong with one.
+pub fn load(global: &Global) -> anyhow::Result<Config> {
+    let files = [Some(PathBuf::from(FILE)), users_own()];
+    files.into_iter().flatten().try_fold(Config::default(), |nearer, file| {
+        Ok(match read(&file, global)? {
+            Some(config) => nearer.over(config),
+            None => nearer,
+        })
+    })
+}
+
+/// `$XDG_CONFIG_HOME/cnc/cnc.toml`, or that in `~/.config`.
+fn users_own() -> Option<PathBuf> {
+    let folder = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let config = folder("XDG_CONFIG_HOME").or_else(|| Some(folder("HOME")?.join(".config")))?;
+    Some(config.join("cnc").join(FILE))
+}
+
+fn read(file: &Path, global: &Global) -> anyhow::Result<Option<Config>> {
+    let name = file.display().to_string();
+    let text = match std::fs::read(file) {
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Ok(None);
+        }
+        read => read.and_then(as_text).with_context(|| name.clone())?,
+    };
+    let config = Config::parse(&text).map_err(|faults| {
+        report::diagnostics(&name, &faults, global);
+        anyhow!("configuration '{name}' cannot be used")
+    })?;
+    Ok(Some(config))
+}
