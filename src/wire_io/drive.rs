@@ -20,6 +20,10 @@ pub trait Operator {
     }
     /// An event waits for a person, all nodes idle, after what hands could do about it: go on?
     fn pause(&mut self, event: &Event) -> bool;
+    /// A hold took effect, of which [`Operator::event`] has told: go on? Nobody there: no.
+    fn held(&mut self, _master: &Master) -> bool {
+        false
+    }
     /// Told again and again how far the job is.
     fn progress(&mut self, master: &Master);
     /// How often the operator has asked to stop so far.
@@ -27,7 +31,8 @@ pub trait Operator {
 }
 
 /// Runs a job to its end. A stop of the operator holds at the next tick at which all axes are
-/// slow enough, and ends the job there; a second one does not wait for that.
+/// slow enough, where the job goes on or ends as the operator says; a second one does not wait for
+/// that.
 pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
     link.urgent(true);
     let ending = run(link, master, operator);
@@ -56,7 +61,16 @@ fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) 
                 }
                 MasterEvent::Held { .. } => {
                     operator.event(&event);
-                    master.abandon();
+                    link.urgent(false);
+                    let go_on = operator.held(master);
+                    link.urgent(true);
+                    if go_on {
+                        master.resume(link.now_us());
+                    } else {
+                        master.abandon();
+                    }
+                    // Stops while the question stood were its answer.
+                    interrupts = operator.interrupts();
                 }
                 _ => operator.event(&event),
             }
@@ -64,7 +78,7 @@ fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) 
         operator.progress(master);
         while interrupts < operator.interrupts() {
             interrupts += 1;
-            master.hold(link.now_us());
+            master.hold();
         }
         bytes.clear();
         if let Err(error) = round(link, master, &mut bytes) {

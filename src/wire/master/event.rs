@@ -1,17 +1,24 @@
 //! Events of the program: the axes rest, and nothing is sent until whoever does them is done.
 
+use crate::base::machine::LISTEN_US;
 use crate::base::{Event, EventKind};
 use crate::wire::report::{End, Fault};
 
 use super::{Master, MasterEvent, State, dwell_us};
 
 impl Master {
-    /// What a [`MasterEvent::Event`] or a [`MasterEvent::Pause`] asks for has been done.
+    /// What a [`MasterEvent::Event`] or a [`MasterEvent::Pause`] asks for has been done. If that took time,
+    /// what has come from the bus since is heard first.
     pub fn event_done(&mut self, now_us: u64) {
+        if !self.waits_for_event() {
+            return;
+        }
+        let took_time = now_us > self.event_us + u64::from(LISTEN_US);
+        let from_us = now_us + if took_time { u64::from(LISTEN_US) } else { 0 };
+        self.quiet_until_us = self.quiet_until_us.max(from_us);
         match &mut self.state {
-            State::Paused => self.state = State::Next,
-            State::Running(run) => run.go_on(now_us),
-            _ => {}
+            State::Running(run) => run.go_on(from_us),
+            state => *state = State::Next,
         }
     }
 
@@ -44,6 +51,7 @@ impl Master {
             self.state = State::Dwelling { until_us: now_us.saturating_add(dwell_us(seconds)) };
             return self.events.push_back(MasterEvent::Dwell(event));
         }
+        self.event_us = now_us;
         self.state = State::Paused;
         let waits = event.kind.waits_for_person();
         let tell = if waits { MasterEvent::Pause } else { MasterEvent::Event };
@@ -58,6 +66,7 @@ impl Master {
             return self.events.push_back(MasterEvent::Dwell(event));
         }
         run.reach_event(now_us, None);
+        self.event_us = now_us;
         self.events.push_back(MasterEvent::Event(event));
     }
 }

@@ -92,7 +92,7 @@ fn job(
     let source = args.file.as_deref().map(input::source).transpose()?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
-            return Ok(Ok(Some(send::dump(&source, machine)?)));
+            return Ok(Ok(Some(send::dump(&source, machine)?.0)));
         }
         (Some(file), Some(source)) => {
             Program::check(file, source, machine.clone(), &args.motion, global)?
