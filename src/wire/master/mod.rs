@@ -18,16 +18,16 @@
 mod direct;
 mod run;
 mod script;
+mod timing;
 
 use std::collections::VecDeque;
 
-use crate::base::machine::{Bus, LISTEN_US, Unit};
+use crate::base::machine::{LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
 use crate::wire::direct::HomeRun;
 use crate::wire::frame;
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
-use crate::wire::nodes::byte_ns;
 use crate::wire::pacing::Pacing;
 use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
 
@@ -35,45 +35,7 @@ use self::direct::{HomeTimes, Jogging};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
 
-/// Bytes handed out at a time unless said otherwise: a port that keeps them all is then never far
-/// behind the wire.
-const PIECE_BYTES: usize = 64;
-
-/// The times that a host keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Timing {
-    byte_ns: u64,
-    tick_us: u64,
-    node_tick_us: u64,
-    /// From a sync byte's stop bit to the start bit of the answer, at most.
-    sync_answer_us: u64,
-    reply_timeout_us: u64,
-    piece_bytes: usize,
-}
-
-impl Timing {
-    /// The times of a bus whose clock runs `speed` times as fast as ours. All times that the
-    /// master is given and gives are the bus's; the time-out for answers stays ours.
-    pub fn new(bus: &Bus, speed: f64) -> Self {
-        Timing {
-            byte_ns: byte_ns(bus.baud),
-            tick_us: u64::from(bus.tick_us),
-            node_tick_us: u64::from(bus.node_tick_us),
-            sync_answer_us: u64::from(bus.node_tick_us) + ANSWER_PAUSE_US,
-            reply_timeout_us: (f64::from(bus.reply_timeout_ms) * 1000.0 * speed) as u64,
-            piece_bytes: PIECE_BYTES,
-        }
-    }
-
-    /// Hands out at most so many bytes at a time, and at least one.
-    pub fn with_piece(self, bytes: u32) -> Self {
-        Timing { piece_bytes: bytes.max(1) as usize, ..self }
-    }
-
-    fn byte_us(&self) -> u64 {
-        self.byte_ns.div_ceil(1000)
-    }
-}
+pub use self::timing::Timing;
 
 /// What the master tells its caller.
 #[derive(Clone, Debug, PartialEq)]
