@@ -16,7 +16,7 @@ use crate::path::{Curve, Rates, Segment, Span};
 
 use super::jerk::JerkLimit;
 use super::junction::Junction;
-use super::{Bound, Ramp};
+use super::{Bound, Ramp, hairpin};
 
 /// How far a curve turns in a piece at most: 1.25 degrees.
 const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
@@ -38,6 +38,9 @@ const PULLS_MOSTLY: usize = 6;
 
 /// Keeps a count below its limit whatever the rounding of positions does, in steps.
 const COUNT_MARGIN: f64 = 1e-6;
+
+/// Where one end uses all of a limit, what is left for the other must not hang on rounding.
+const PULL_SLACK: f64 = 1e-9;
 
 /// Squares of speeds that differ by less than this share are those of the same speed.
 pub const SPEEDS_EQUAL: f64 = 1e-7;
@@ -135,7 +138,10 @@ impl Piece {
         let length_mm = segment.length_mm();
         let mut rates = segment.rates_at(0.0);
         let mut before: Option<Rates> = None;
-        for (number, span) in (1..).zip(spans) {
+        let fastest_mm_s = segment.feed_mm_s.unwrap_or_else(|| speed_max_mm_s(machine));
+        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+        let limits_sq = hairpin::speeds_sq(spans, off_mm, fastest_mm_s, machine);
+        for (number, (span, limit_sq)) in (1..).zip(spans.iter().zip(limits_sq)) {
             let junction = before.map_or(first, |before| {
                 rates.follow(span, 0);
                 let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
@@ -156,7 +162,10 @@ impl Piece {
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
-            piece.split(least, ends, machine, ramps, junction, &mut take);
+            piece.split(least, ends, machine, ramps, junction, &mut |mut piece, junction| {
+                piece.bounded_by(limit_sq, Bound::Chord);
+                take(piece, junction);
+            });
         }
     }
 
@@ -387,7 +396,18 @@ impl Piece {
         let reach = match &self.grip {
             Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
             Grip::Bent { pulls, .. } => {
-                most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq)
+                let entry = |exit_sq| most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq);
+                let even_sq = self.speed_sq_max();
+                let entry_sq = entry(exit_sq);
+                // Above the speed that all of it may have there may be no entry to an exit.
+                let holds = |pull: &Pull| {
+                    (pull.from * entry_sq + pull.to * exit_sq).abs() <= 1.0 + PULL_SLACK
+                };
+                if exit_sq <= even_sq || entry_sq >= even_sq && pulls.iter().all(holds) {
+                    entry_sq
+                } else {
+                    entry(even_sq)
+                }
             }
         };
         reach.min(self.ends_sq_max[0])
@@ -404,17 +424,24 @@ impl Piece {
         reach.min(self.ends_sq_max[1])
     }
 
-    /// The greatest acceleration from a speed at its start, and the greatest braking to one at its end,
-    /// whatever its speed limits say.
-    pub fn accels_mm_s2(&self, speed_sq: f64) -> [f64; 2] {
+    /// The greatest acceleration from a speed at its start, whatever its speed limits say.
+    pub fn speeding_up_mm_s2(&self, speed_sq: f64) -> f64 {
         match &self.grip {
-            Grip::Straight { accel_mm_s2 } => [*accel_mm_s2; 2],
+            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
             Grip::Bent { pulls, .. } => {
-                let gain = |reach_sq: f64| (0.5 * (reach_sq - speed_sq) / self.length_mm).max(0.0);
-                [
-                    gain(most(pulls.iter().map(|pull| (pull.to, pull.from)), speed_sq)),
-                    gain(most(pulls.iter().map(|pull| (pull.from, pull.to)), speed_sq)),
-                ]
+                let exit_sq = most(pulls.iter().map(|pull| (pull.to, pull.from)), speed_sq);
+                (0.5 * (exit_sq - speed_sq) / self.length_mm).max(0.0)
+            }
+        }
+    }
+
+    /// The greatest braking to a speed at its end, whatever its speed limits say.
+    pub fn braking_mm_s2(&self, speed_sq: f64) -> f64 {
+        match &self.grip {
+            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
+            Grip::Bent { pulls, .. } => {
+                let entry_sq = most(pulls.iter().map(|pull| (pull.from, pull.to)), speed_sq);
+                (0.5 * (entry_sq - speed_sq) / self.length_mm).max(0.0)
             }
         }
     }
@@ -476,6 +503,12 @@ impl Piece {
     }
 }
 
+/// The greatest speed in any direction: that of all linear axes together.
+fn speed_max_mm_s(machine: &Machine) -> f64 {
+    let axes = machine.axes.iter().filter(|profile| !profile.axis.is_rotary());
+    axes.map(|profile| profile.speed_max_mm_s.powi(2)).sum::<f64>().sqrt()
+}
+
 /// How long a piece takes at its greatest speed at most: where motion is in node buffers, a share
 /// of one, so that there are places inside long segments where a buffer can end.
 fn longest_s(machine: &Machine) -> f64 {
@@ -487,8 +520,7 @@ fn longest_s(machine: &Machine) -> f64 {
 /// second, keeps all conditions. The set of pairs that keep them is convex and holds all equal
 /// pairs up to the piece's greatest speed, so below that the greatest value grows with the other.
 fn most(pulls: impl Iterator<Item = (f64, f64)>, given: f64) -> f64 {
-    // Where the other uses all of a limit, what is left must not hang on rounding.
-    let left = |(own, other): (f64, f64)| 1.0 + 1e-9 - own.signum() * other * given;
+    let left = |(own, other): (f64, f64)| 1.0 + PULL_SLACK - own.signum() * other * given;
     let bound = |pull: (f64, f64)| left(pull) / pull.0.abs();
     pulls.map(bound).fold(f64::INFINITY, f64::min).max(0.0)
 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// From this lateness on a tick counts as a slide: a tenth of a tick. A host's sleep ends within some
 /// 0.1 ms as a rule.
@@ -31,7 +31,7 @@ pub struct Pacing {
 }
 
 /// The figures of a [`Pacing`], as reports and journals have them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PacingFigures {
     /// The period that every interval keeps at least.
     pub period_us: u64,

@@ -42,7 +42,7 @@ pub fn ceiling(plan: &[Lane], runs: &[Run]) -> Ceiling {
                 state = State { at_mm: lane.end_mm, accel_mm_s2, ..rest.end() };
                 continue;
             }
-            let [_, accel_max_mm_s2] = runs[lane.run].accels_mm_s2(state.speed_mm_s);
+            let accel_max_mm_s2 = runs[lane.run].braking_mm_s2(state.speed_mm_s);
             let jerk_mm_s3 = piece.jerk.jerk_mm_s3(state.speed_mm_s, accel_max_mm_s2);
             let climb = lane.climb(state, accel_max_mm_s2, jerk_mm_s3);
             state = climb.end(&lane);

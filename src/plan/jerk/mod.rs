@@ -19,6 +19,7 @@ mod limit;
 mod round;
 mod stretch;
 
+pub use lane::Lane;
 pub use limit::JerkLimit;
 pub use stretch::{State, Stretch};
 
@@ -28,8 +29,7 @@ use super::Ramp;
 use super::junction::Junction;
 use super::lookahead::Decided;
 use super::piece::Piece;
-use lane::Lane;
-use round::Rounding;
+use round::{Part, Rounding};
 
 /// Pieces that are smoothed together at least: so many that the passes' overhead is spread.
 const RUNS_MIN: usize = 256;
@@ -44,10 +44,16 @@ struct Run {
 }
 
 impl Run {
-    /// The greatest acceleration and braking at a speed.
-    fn accels_mm_s2(&self, speed_mm_s: f64) -> [f64; 2] {
+    /// The greatest acceleration at a speed.
+    fn speeding_up_mm_s2(&self, speed_mm_s: f64) -> f64 {
         let jerk_leaves_mm_s2 = self.piece.jerk.accel_max_mm_s2(speed_mm_s);
-        self.piece.accels_mm_s2(speed_mm_s * speed_mm_s).map(|accel| accel.min(jerk_leaves_mm_s2))
+        self.piece.speeding_up_mm_s2(speed_mm_s * speed_mm_s).min(jerk_leaves_mm_s2)
+    }
+
+    /// The greatest braking at a speed.
+    fn braking_mm_s2(&self, speed_mm_s: f64) -> f64 {
+        let jerk_leaves_mm_s2 = self.piece.jerk.accel_max_mm_s2(speed_mm_s);
+        self.piece.braking_mm_s2(speed_mm_s * speed_mm_s).min(jerk_leaves_mm_s2)
     }
 }
 
@@ -57,6 +63,9 @@ pub struct Smoother {
     runs: Vec<Run>,
     /// How the first of them begins.
     state: State,
+    /// The motion from there to rest at the end of what was known: it has been found, but is not
+    /// given out, since more is known now.
+    held: Vec<Part>,
     /// Runs that are smoothed together at least.
     enough_min: usize,
     /// Runs that are collected before the passes run again.
@@ -71,8 +80,8 @@ impl Smoother {
     }
 
     fn with_at_least(enough_min: usize) -> Smoother {
-        let (runs, ready) = (Vec::new(), VecDeque::new());
-        Smoother { runs, state: State::default(), enough_min, enough: enough_min, ready }
+        let (runs, held, ready) = (Vec::new(), Vec::new(), VecDeque::new());
+        Smoother { runs, state: State::default(), held, enough_min, enough: enough_min, ready }
     }
 
     /// Takes the next item. The path ends at rest.
@@ -113,16 +122,20 @@ impl Smoother {
             start_mm = end_mm;
         }
         let ceiling = fall::ceiling(&plan, &self.runs);
-        let parts = Rounding::new(&ceiling.lanes, &self.runs, self.state).run();
+        let held = std::mem::take(&mut self.held);
+        let parts = Rounding::new(&ceiling.lanes, &self.runs, self.state, held).run();
         let count = match rests {
             true => self.runs.len(),
             false => certain(&parts, &ends_mm, ceiling.open_mm),
         };
         self.give_out(&parts, count, rests);
+        let given_mm = count.checked_sub(1).map_or(0.0, |last| ends_mm[last]);
+        let left = parts.iter().filter(|part| part.run >= count);
+        self.held.extend(left.map(|part| part.counted_from(given_mm, count)));
     }
 
     /// Gives out so many pieces with their parts of the motion.
-    fn give_out(&mut self, parts: &[round::Part], count: usize, rests: bool) {
+    fn give_out(&mut self, parts: &[Part], count: usize, rests: bool) {
         let mut parts = parts.iter().peekable();
         let mut entry_mm_s = self.state.speed_mm_s;
         for (i, run) in self.runs.drain(..count).enumerate() {
@@ -145,7 +158,7 @@ impl Smoother {
 
 /// How many pieces nothing that follows can change: those that end as far before what hangs on the
 /// end of what is known as that is long, and not within an arc.
-fn certain(parts: &[round::Part], ends_mm: &[f64], open_mm: f64) -> usize {
+fn certain(parts: &[Part], ends_mm: &[f64], open_mm: f64) -> usize {
     let end_mm = ends_mm.last().copied().unwrap_or(0.0);
     let limit_mm = open_mm - (end_mm - open_mm);
     let mut count = 0;

@@ -23,6 +23,12 @@ const P_ERROR_S: f64 = 1e-11;
 /// what is left of the error in its place.
 const LANDING_SHARE: f64 = 1e-3;
 
+/// It has its speed there, but for this share.
+const LANDING_SPEED: f64 = 1e-6;
+
+/// What is nearer to the ceiling than this share of its speed is on it.
+const ON_CEILING: f64 = 1e-7;
+
 /// A part of the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
@@ -31,6 +37,15 @@ pub struct Part {
     pub run: usize,
     /// Where the arc ends that it belongs to; its own end, if it belongs to none.
     pub lands_mm: f64,
+}
+
+impl Part {
+    /// The same, with places and pieces counted from others on.
+    pub fn counted_from(&self, at_mm: f64, run: usize) -> Part {
+        let mut stretch = self.stretch;
+        stretch.from.at_mm -= at_mm;
+        Part { stretch, run: self.run - run, lands_mm: self.lands_mm - at_mm }
+    }
 }
 
 /// Where an arc would leave what is allowed.
@@ -58,6 +73,8 @@ pub struct Rounding<'a> {
     runs: &'a [Run],
     /// For each lane, where the ceiling breaks next at or after its end.
     breaks_mm: Vec<f64>,
+    /// For each lane, the greatest braking of the ceiling up to there and just after.
+    steepest_mm_s2: Vec<f64>,
     state: State,
     follows: bool,
     lane: usize,
@@ -65,18 +82,55 @@ pub struct Rounding<'a> {
 }
 
 impl<'a> Rounding<'a> {
-    /// From a state at the start of the lanes, on the ceiling or below it.
-    pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State) -> Rounding<'a> {
+    /// From a state at the start of the lanes, on the ceiling or below it; or above it, where there is
+    /// a motion from there on that was found below another ceiling: it is kept as far as it is above.
+    pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State, held: Vec<Part>) -> Rounding<'a> {
         let mut breaks_mm = vec![f64::INFINITY; lanes.len()];
+        let own_mm_s2 = |lane: &Lane| (-lane.stretch.from.accel_mm_s2).max(0.0);
+        let mut steepest_mm_s2: Vec<f64> = lanes.iter().map(own_mm_s2).collect();
         for i in (1..lanes.len()).rev() {
             let (before, after) = (&lanes[i - 1], &lanes[i]);
             let drop_mm_s2 = before.stretch.end().accel_mm_s2 - after.stretch.from.accel_mm_s2;
             let breaks = drop_mm_s2 > after.step_mm_s2(&runs[after.run].piece);
             breaks_mm[i - 1] = if breaks { before.end_mm } else { breaks_mm[i] };
+            let next_mm_s2 = if breaks { own_mm_s2(after) } else { steepest_mm_s2[i] };
+            steepest_mm_s2[i - 1] = steepest_mm_s2[i - 1].max(next_mm_s2);
         }
-        let first = lanes.first().map_or(0.0, |lane| lane.stretch.from.speed_mm_s);
-        let follows = state.speed_mm_s >= first * (1.0 - 1e-7);
-        Rounding { lanes, runs, breaks_mm, state, follows, lane: 0, parts: Vec::new() }
+        let (lane, follows, parts) = (0, false, Vec::new());
+        let mut rounding =
+            Rounding { lanes, runs, breaks_mm, steepest_mm_s2, state, follows, lane, parts };
+        rounding.begin(held);
+        rounding
+    }
+
+    /// Keeps a motion up to where the ceiling is above it.
+    fn begin(&mut self, held: Vec<Part>) {
+        for mut part in held.into_iter().filter(|part| part.stretch.duration_s > 0.0) {
+            if !self.is_above(&self.state) {
+                break;
+            }
+            let (mut low_s, mut high_s) = (0.0, part.stretch.duration_s);
+            while !self.is_above(&part.stretch.after(high_s)) && high_s - low_s > P_ERROR_S {
+                let middle_s = 0.5 * (low_s + high_s);
+                let above = self.is_above(&part.stretch.after(middle_s));
+                *if above { &mut low_s } else { &mut high_s } = middle_s;
+            }
+            part.stretch.duration_s = high_s;
+            self.state = part.stretch.end();
+            self.parts.push(part);
+        }
+        let ceiling_mm_s = self.ceiling_mm_s(self.state.at_mm);
+        self.follows = self.state.speed_mm_s >= ceiling_mm_s * (1.0 - ON_CEILING);
+    }
+
+    fn is_above(&self, state: &State) -> bool {
+        state.speed_mm_s > self.ceiling_mm_s(state.at_mm) * (1.0 + ON_CEILING)
+    }
+
+    fn ceiling_mm_s(&self, at_mm: f64) -> f64 {
+        let next = self.lanes.partition_point(|lane| lane.end_mm <= at_mm);
+        let lane = self.lanes.get(next).or(self.lanes.last());
+        lane.map_or(0.0, |lane| lane.at(at_mm).speed_mm_s)
     }
 
     /// The motion, part by part.
@@ -113,7 +167,7 @@ impl<'a> Rounding<'a> {
             let none = Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 };
             return Offer { stretches: [rest, none], end, follows: true, ends_lane: true };
         }
-        let [accel_max_mm_s2, _] = self.runs[lane.run].accels_mm_s2(self.state.speed_mm_s);
+        let accel_max_mm_s2 = self.runs[lane.run].speeding_up_mm_s2(self.state.speed_mm_s);
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(self.state.speed_mm_s, accel_max_mm_s2);
         let climb = lane.climb(self.state, accel_max_mm_s2, jerk_mm_s3);
         Offer {
@@ -136,12 +190,13 @@ impl<'a> Rounding<'a> {
         self.sweep(offer.end, next).is_none()
     }
 
-    /// Whether an arc from a state in a lane brakes with all it may before the ceiling breaks again.
+    /// Whether an arc from a state in a lane brakes as the ceiling does anywhere, before that breaks
+    /// again.
     fn is_before_break(&self, state: &State, lane: usize) -> bool {
         let piece = &self.runs[self.lanes[lane].run].piece;
         let State { at_mm, speed_mm_s, accel_mm_s2 } = *state;
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
-        let turn_s = 2.0 * (accel_mm_s2.abs() + piece.accel_max_mm_s2()) / jerk_mm_s3;
+        let turn_s = 2.0 * (accel_mm_s2.abs() + self.steepest_mm_s2[lane]) / jerk_mm_s3;
         let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
         at_mm + reach_mm < self.breaks_mm[lane]
     }
@@ -183,48 +238,94 @@ impl<'a> Rounding<'a> {
         }
         let Some(hit) = hit else { return self.accept(offer) };
         let leaves = Stretch { duration_s: low_s, ..stretch };
+        let (from, count) = (leaves.end(), self.parts.len());
         for part in [first, leaves].into_iter().skip(usize::from(!on_second)) {
             if part.duration_s > 0.0 {
                 let lands_mm = part.from.at_mm;
                 self.parts.push(Part { stretch: part, run, lands_mm });
             }
         }
-        let from = leaves.end();
-        if hit.at_mm <= self.state.at_mm || !self.arc(from, hit) {
+        if hit.at_mm <= self.state.at_mm {
             self.state = from;
+        } else if !self.arc(from, hit) {
+            self.parts.truncate(count);
+            self.accept(offer);
         }
     }
 
-    /// Follows the arc from a state to where it touches.
+    /// Follows the arc from a state to where it touches; not if it does not touch there.
     fn arc(&mut self, from: State, hit: Hit) -> bool {
-        let mut state = from;
+        let (mut state, mut number) = (from, self.lane);
         while state.at_mm < hit.at_mm {
-            let lane = &self.lanes[self.lane];
+            let Some(lane) = self.lanes.get(number) else { return false };
             if state.at_mm >= lane.end_mm {
-                self.lane += 1;
+                number += 1;
                 continue;
             }
             let end_mm = lane.end_mm.min(hit.at_mm);
-            let jerk_mm_s3 = self.jerk_mm_s3(lane, &state);
-            let stop_s = stop_s(&state, jerk_mm_s3);
-            let duration_s = state.time_over_s(end_mm - state.at_mm, -jerk_mm_s3, stop_s);
-            let stretch = Stretch { from: state, jerk_mm_s3: -jerk_mm_s3, duration_s };
-            state = State { at_mm: end_mm, ..stretch.end() };
-            self.parts.push(Part { stretch, run: lane.run, lands_mm: hit.at_mm });
+            let (stretches, end) = self.braking(lane, &state, end_mm);
+            if end.at_mm < end_mm {
+                return false;
+            }
+            for stretch in stretches.into_iter().filter(|stretch| stretch.duration_s > 0.0) {
+                self.parts.push(Part { stretch, run: lane.run, lands_mm: hit.at_mm });
+            }
+            state = end;
         }
-        let moved = state.at_mm > from.at_mm;
-        if hit.is_ceiling && moved {
-            let lane = &self.lanes[self.lane];
+        if hit.is_ceiling {
+            let lane = &self.lanes[number];
             let ceiling = lane.at(hit.at_mm);
+            if (state.speed_mm_s - ceiling.speed_mm_s).abs() > LANDING_SPEED * ceiling.speed_mm_s {
+                return false;
+            }
             state.speed_mm_s = ceiling.speed_mm_s;
             let off_mm_s2 = (state.accel_mm_s2 - ceiling.accel_mm_s2).abs();
             if off_mm_s2 <= LANDING_SHARE * self.runs[lane.run].piece.accel_max_mm_s2() {
                 state.accel_mm_s2 = ceiling.accel_mm_s2;
             }
         }
-        self.state = state;
-        self.follows = hit.is_ceiling;
-        moved
+        (self.state, self.lane, self.follows) = (state, number, hit.is_ceiling);
+        true
+    }
+
+    /// How an arc goes on from a state in a lane up to a place, and where it ends, there or at rest: its
+    /// braking grows with the jerk up to what the axes stand, and stays so.
+    fn braking(&self, lane: &Lane, from: &State, end_mm: f64) -> ([Stretch; 2], State) {
+        let down_mm_s2 = self.runs[lane.run].braking_mm_s2(from.speed_mm_s);
+        let down_mm_s2 = down_mm_s2.max(-lane.stretch.from.accel_mm_s2);
+        let from = State { accel_mm_s2: from.accel_mm_s2.max(-down_mm_s2), ..*from };
+        let jerk_mm_s3 = self.jerk_mm_s3(lane, &from);
+        let brakes_s = (from.accel_mm_s2 + down_mm_s2) / jerk_mm_s3;
+        let range_s = brakes_s.min(stop_s(&from, jerk_mm_s3));
+        let grow = |duration_s| Stretch { from, jerk_mm_s3: -jerk_mm_s3, duration_s };
+        let grown = grow(range_s).end();
+        if grown.at_mm >= end_mm {
+            let grow = grow(from.time_over_s(end_mm - from.at_mm, -jerk_mm_s3, range_s));
+            let end = State { at_mm: end_mm, ..grow.end() };
+            return ([grow, Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 }], end);
+        }
+        let stay = |duration_s| Stretch { from: grown, jerk_mm_s3: 0.0, duration_s };
+        if brakes_s > range_s {
+            return ([grow(range_s), stay(0.0)], grown);
+        }
+        let left_mm = end_mm - grown.at_mm;
+        if grown.speed_sq() <= 2.0 * down_mm_s2 * left_mm {
+            let stay = stay(grown.speed_mm_s.max(0.0) / down_mm_s2.max(f64::MIN_POSITIVE));
+            return ([grow(range_s), stay], stay.end());
+        }
+        let stay = stay(grown.time_over_s(left_mm, 0.0, f64::INFINITY));
+        ([grow(range_s), stay], State { at_mm: end_mm, ..stay.end() })
+    }
+
+    /// Whether a piece that begins with a lane allows less acceleration than a state has.
+    fn is_too_much(&self, lane: &Lane, state: &State) -> bool {
+        if state.accel_mm_s2 <= lane.stretch.from.accel_mm_s2.max(0.0) {
+            return false;
+        }
+        let run = &self.runs[lane.run];
+        let up_mm_s2 = run.speeding_up_mm_s2(state.speed_mm_s);
+        let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
+        state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + lane.step_mm_s2(&run.piece)
     }
 
     fn jerk_mm_s3(&self, lane: &Lane, state: &State) -> f64 {
@@ -245,36 +346,15 @@ impl<'a> Rounding<'a> {
             if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
                 return None;
             }
-            let [up_mm_s2, down_mm_s2] = self.runs[lane.run].accels_mm_s2(state.speed_mm_s);
-            let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
-            let step_mm_s2 = lane.step_mm_s2(&self.runs[lane.run].piece);
-            if entered && state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + step_mm_s2 {
+            if entered && self.is_too_much(lane, &state) {
                 return Some(Hit { at_mm: state.at_mm, is_ceiling: false });
             }
-            let jerk_mm_s3 = self.jerk_mm_s3(lane, &state);
-            let brakes_s = (state.accel_mm_s2 + down_mm_s2) / jerk_mm_s3;
-            if brakes_s <= 0.0 {
-                return if lane.is_over(&state) {
-                    Some(Hit { at_mm: state.at_mm, is_ceiling: true })
-                } else {
-                    None
-                };
+            let (stretches, end) = self.braking(lane, &state, lane.end_mm);
+            let hit = stretches.iter().find_map(|arc| touch(arc, lane));
+            if hit.is_some() || end.at_mm < lane.end_mm {
+                return hit;
             }
-            let range_s = brakes_s.min(stop_s(&state, jerk_mm_s3));
-            let reach_mm = state.after(-jerk_mm_s3, range_s).at_mm;
-            let ends = reach_mm <= lane.end_mm;
-            let time_s = match ends {
-                true => range_s,
-                false => state.time_over_s(lane.end_mm - state.at_mm, -jerk_mm_s3, range_s),
-            };
-            let arc = Stretch { from: state, jerk_mm_s3: -jerk_mm_s3, duration_s: time_s };
-            if let Some(hit) = touch(&arc, lane) {
-                return Some(hit);
-            }
-            if ends {
-                return None;
-            }
-            state = State { at_mm: lane.end_mm, ..arc.end() };
+            state = end;
         }
         None
     }

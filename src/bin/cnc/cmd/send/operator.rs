@@ -22,6 +22,8 @@ pub struct Terminal {
     interrupts: Interrupts,
     /// Interrupts that have been answered.
     told: usize,
+    /// One of them asked for a hold that has not come about yet.
+    holding: bool,
     /// A line or the end of standard input is an interrupt too.
     stops_on_input: bool,
 }
@@ -36,6 +38,7 @@ impl Terminal {
             verbose: global.verbose,
             interrupts,
             told: 0,
+            holding: false,
             stops_on_input: false,
         }
     }
@@ -56,6 +59,11 @@ impl Terminal {
     /// From here on a line or the end of standard input stops what runs.
     pub fn stop_on_input(&mut self) {
         self.stops_on_input = true;
+    }
+
+    /// Whether there is somebody to ask.
+    pub fn can_ask(&self) -> bool {
+        self.can_ask
     }
 
     /// Asks for a yes; without a terminal the answer is yes, and no once the system wants an end.
@@ -80,19 +88,47 @@ impl Terminal {
         }
     }
 
-    /// A line from standard input; none at its end or when the operator interrupts.
+    /// Asks whether a job that is held goes on. What was typed before is no answer; no answer, or a
+    /// wish of the system to end, is no.
+    fn goes_on(&self) -> bool {
+        if !self.can_ask || self.interrupts.by_system().is_some() {
+            return false;
+        }
+        // What cannot be thrown away is read as an answer, and asked again.
+        let _ = rustix::termios::tcflush(stdin(), rustix::termios::QueueSelector::IFlush);
+        self.bar.suspend(|| {
+            loop {
+                say!("[g: go on, s: stop here]");
+                let answer = self.line().unwrap_or_else(|| "s".to_owned());
+                match answer.trim().to_lowercase().as_str() {
+                    "g" | "go" | "go on" => return true,
+                    "s" | "stop" | "q" => return false,
+                    _ => {}
+                }
+            }
+        })
+    }
+
+    /// A line from standard input; none at its end or when the operator interrupts. Read byte by
+    /// byte: what follows belongs to the next question.
     fn line(&self) -> Option<String> {
         let interrupts = self.interrupts.count();
         let wait = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+        let (input, mut line) = (stdin(), Vec::new());
         loop {
             if has_input(wait) {
-                let mut line = String::new();
-                return (stdin().read_line(&mut line).ok()? > 0).then_some(line);
+                let mut byte = [0];
+                match rustix::io::read(&input, &mut byte) {
+                    Ok(0) | Err(_) => return None,
+                    Ok(_) if byte == *b"\n" => break,
+                    Ok(_) => line.extend(byte),
+                }
             }
             if self.interrupts.count() > interrupts {
                 return None;
             }
         }
+        Some(String::from_utf8_lossy(&line).into_owned())
     }
 }
 
@@ -100,7 +136,7 @@ impl Operator for Terminal {
     fn event(&mut self, event: &MasterEvent) {
         match event {
             MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
-            MasterEvent::Filling { buffer, unit } if self.verbose => {
+            MasterEvent::Filling { buffer, unit, .. } if self.verbose => {
                 self.say(&format!("buffer {buffer}: {unit} is filled"));
             }
             MasterEvent::Started { buffer } if self.verbose => {
@@ -112,7 +148,6 @@ impl Operator for Terminal {
             MasterEvent::Jogged { axis, steps } => {
                 self.say(&format!("{axis} has stopped; by the clock it has made {steps} steps"));
             }
-            MasterEvent::Held { line } => self.say(&format!("held before line {line}")),
             _ => {}
         }
     }
@@ -120,6 +155,19 @@ impl Operator for Terminal {
     fn pause(&mut self, event: &Event) -> bool {
         self.say(&format!("line {}: {}", event.line, event.kind));
         self.ignore_stops || self.asks("All nodes are idle. Go on?")
+    }
+
+    fn held(&mut self, master: &Master) -> bool {
+        let (progress, axes) = (master.progress(), master.axes());
+        let axes = axes.iter().map(|end| format!("{} {:.3}", end.axis, end.position_mm));
+        let axes = axes.collect::<Vec<_>>().join(", ");
+        let (ticks, all) = (progress.ticks, master.job().ticks);
+        let line = progress.line;
+        self.say(&format!("held after tick {ticks} of {all}, line {line}, at {axes}"));
+        let goes_on = self.goes_on();
+        self.holding = false;
+        self.told = self.interrupts.count();
+        goes_on
     }
 
     fn progress(&mut self, master: &Master) {
@@ -134,15 +182,16 @@ impl Operator for Terminal {
             return count.max(1);
         }
         if count > self.told {
-            self.told = count;
+            let more = count > self.told + 1 || self.holding;
+            (self.told, self.holding) = (count, true);
             let why = self.interrupts.by_system().map_or(String::new(), |why| format!("{why}: "));
-            self.say(&if count == 1 {
+            self.say(&if more {
+                format!("{why}stopping at once")
+            } else {
                 format!(
                     "{why}stopping where the axes are slow enough; a second Ctrl-C does not wait for \
                      that"
                 )
-            } else {
-                format!("{why}stopping at once")
             });
         }
         count
