@@ -39,8 +39,9 @@ pub(super) struct Jogging {
     pub until_us: u64,
 }
 
-/// All that it takes. Before and after, the node is asked whether it is in phase.
-pub(super) fn direct(direct: &Direct) -> Vec<Action> {
+/// All that it takes. Before and after, the node is asked whether it is in phase. What ends a jog may
+/// come as late as an answer may.
+pub(super) fn direct(direct: &Direct, late_us: u64) -> Vec<Action> {
     let unit = direct.unit();
     let mut actions = script::ping(unit).to_vec();
     match direct {
@@ -59,7 +60,7 @@ pub(super) fn direct(direct: &Direct) -> Vec<Action> {
         Direct::Jog(jog) => {
             let [question, parameters, end, rest] = frame::jog(unit.id, jog.byte());
             // Before it reads on, the node makes the tick under way.
-            let us = jog.tick_us + jog.tick_us / 2;
+            let us = jog.tick_us + late_us;
             let bytes = question.to_vec();
             actions.push(Action::Ask(Ask { unit, bytes, question: Question::Ping }));
             actions.push(Action::Say(parameters.to_vec()));

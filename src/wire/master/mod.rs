@@ -35,7 +35,6 @@ use crate::wire::report::{Doubt, End, Ending, Fault};
 use self::direct::{HomeTimes, Jogging};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
-
 pub use self::timing::Timing;
 
 /// What the master tells its caller.
@@ -112,6 +111,8 @@ pub struct Progress {
     pub buffer: u32,
     /// NC line being executed.
     pub line: u32,
+    /// When the last of the ticks was acknowledged.
+    pub at_us: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
@@ -423,7 +424,7 @@ impl Master {
                 if at == 0 {
                     self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
                 }
-                self.script.extend(direct::direct(direct));
+                self.script.extend(direct::direct(direct, self.timing.reply_timeout_us));
             }
             None => self.end(End::Done),
         }

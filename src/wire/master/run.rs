@@ -223,6 +223,7 @@ impl Master {
             }
             self.progress.line = buffer.lines[tick];
             self.progress.ticks += 1;
+            self.progress.at_us = now_us;
             for axis in Axis::ALL {
                 self.position[axis] += i64::from(counts[axis]);
             }

@@ -1,4 +1,4 @@
-//! The times that a host keeps, from what a profile says of its bus.
+//! A machine's bus → the times that its host keeps.
 
 use crate::base::machine::Bus;
 use crate::wire::node::ANSWER_PAUSE_US;

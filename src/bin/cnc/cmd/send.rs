@@ -2,6 +2,7 @@
 
 mod book;
 pub mod direct;
+mod live;
 mod operator;
 mod pacing;
 mod result;
@@ -158,6 +159,9 @@ pub fn run_job(
     if !args.yes && !operator.asks("Start the job?") {
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
+    }
+    if let Some(program) = work.program.filter(|_| !global.quiet) {
+        operator.list(program.source.clone())?;
     }
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
@@ -330,6 +334,7 @@ fn stream(
     operator: &mut Terminal,
     book: Option<&mut Book<'_>>,
 ) -> anyhow::Result<(Job, Ending)> {
+    operator.watch(&job, machine);
     let total = job.ticks;
     let mut master = Master::new(job, machine, timing);
     let Some(book) = book else {

@@ -1,13 +1,15 @@
 //! The person at the terminal, or nobody.
 
 use std::io::{IsTerminal, stdin};
+use std::sync::Arc;
 
 use anyhow::anyhow;
-use cnc::base::{Event, Progress};
-use cnc::wire::{Job, Master, MasterEvent};
+use cnc::base::{Event, Machine, Source};
+use cnc::wire::{Job, Live, Master, MasterEvent};
 use cnc::wire_io::Operator;
 use rustix::event::{PollFd, PollFlags, Timespec};
 
+use super::live::{self, Listing};
 use super::{Bar, direct};
 use crate::args::Global;
 use crate::interrupt::Interrupts;
@@ -26,6 +28,8 @@ pub struct Terminal {
     holding: bool,
     /// A line or the end of standard input is an interrupt too.
     stops_on_input: bool,
+    live: Option<Live>,
+    listing: Option<Arc<Listing>>,
 }
 
 impl Terminal {
@@ -40,6 +44,8 @@ impl Terminal {
             told: 0,
             holding: false,
             stops_on_input: false,
+            live: None,
+            listing: None,
         }
     }
 
@@ -64,6 +70,17 @@ impl Terminal {
     /// Whether there is somebody to ask.
     pub fn can_ask(&self) -> bool {
         self.can_ask
+    }
+
+    /// Shows a job while it runs, with the lines of the program that it was made from.
+    pub fn watch(&mut self, job: &Job, machine: &Machine) {
+        self.live = (job.ticks > 0).then(|| Live::new(job, machine));
+    }
+
+    /// The program whose lines are shown.
+    pub fn list(&mut self, source: Source) -> std::io::Result<()> {
+        self.listing = Some(Arc::new(Listing::new(source)?));
+        Ok(())
     }
 
     /// Asks for a yes; without a terminal the answer is yes, and no once the system wants an end.
@@ -134,6 +151,9 @@ impl Terminal {
 
 impl Operator for Terminal {
     fn event(&mut self, event: &MasterEvent) {
+        if let Some(live) = &mut self.live {
+            live.event(event);
+        }
         match event {
             MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
             MasterEvent::Filling { buffer, unit, .. } if self.verbose => {
@@ -142,7 +162,9 @@ impl Operator for Terminal {
             MasterEvent::Started { buffer } if self.verbose => {
                 self.say(&format!("buffer {buffer}: started"));
             }
-            MasterEvent::Homing { axis } => self.say(&format!("{axis} runs to its switch")),
+            MasterEvent::Homing { axis } => {
+                self.say(&format!("{axis} runs to its switch; nothing sent can stop it"));
+            }
             MasterEvent::Homed(run) => self.say(&direct::told(run)),
             MasterEvent::Jogging { axis } => self.say(&format!("{axis} jogs")),
             MasterEvent::Jogged { axis, steps } => {
@@ -171,9 +193,12 @@ impl Operator for Terminal {
     }
 
     fn progress(&mut self, master: &Master) {
-        let progress = master.progress();
-        self.bar.buffer(progress.buffer);
-        self.bar.set(progress.ticks, progress.line);
+        let Some(live) = &mut self.live else { return };
+        live.update(master);
+        if self.bar.is_due() {
+            let (reading, listing) = (live.reading(master), self.listing.clone());
+            self.bar.show(move || live::shown(&reading, listing.as_deref()));
+        }
     }
 
     fn interrupts(&mut self) -> usize {
@@ -185,13 +210,14 @@ impl Operator for Terminal {
             let more = count > self.told + 1 || self.holding;
             (self.told, self.holding) = (count, true);
             let why = self.interrupts.by_system().map_or(String::new(), |why| format!("{why}: "));
+            let where_to = match self.live {
+                Some(_) => "where the axes are slow enough",
+                None => "when the axis under way is at its switch",
+            };
             self.say(&if more {
                 format!("{why}stopping at once")
             } else {
-                format!(
-                    "{why}stopping where the axes are slow enough; a second Ctrl-C does not wait for \
-                     that"
-                )
+                format!("{why}stopping {where_to}; a second Ctrl-C does not wait for that")
             });
         }
         count

@@ -309,7 +309,8 @@ fn told(event: &Event) -> String {
     format!("line {}: {}", event.line, event.kind)
 }
 
-fn clock(seconds: f64) -> String {
+/// A time in hours, minutes and seconds.
+pub fn clock(seconds: f64) -> String {
     let s = seconds.ceil() as u64;
     format!("{}:{:02}:{:02} h", s / 3600, s / 60 % 60, s % 60)
 }
