@@ -259,6 +259,21 @@ fn homing_with_a_fault_ends_at_the_switch_or_is_told() {
 }
 
 #[test]
+fn homing_with_a_fault_of_a_seed_is_told_of() {
+    let (job, machine) = (home_all(), machine());
+    let units: Vec<Unit> = machine.bus.units().collect();
+    for seed in 0..400 {
+        let faults = Faults::draw(seed, 1, &units, machine.bus.buffer_ticks);
+        let is_hidden =
+            |fault: &FaultSpec| matches!(fault.kind, FaultKind::Change(_) | FaultKind::Add(_));
+        let is_hidden = faults.iter().any(is_hidden);
+        let ran = run(&job, faults.clone(), never);
+        let verdict = judge(&ran);
+        assert!(is_hidden || verdict.is_ok(), "seed {seed}, {faults:?}: {verdict:?}");
+    }
+}
+
+#[test]
 fn a_raw_jog_runs_its_way_and_its_position_is_unknown() {
     let machine = machine();
     let job = raw_jog(&machine, Axis::X, -0.5, Some(60.0)).unwrap();
@@ -321,4 +336,49 @@ fn a_switch_that_never_closes_is_given_up() {
     assert_eq!(ran.ending.end, End::Failed(fault));
     assert!(ran.ending.power_cycle);
     judge(&ran).unwrap();
+}
+
+/// H7: a second `j` would be taken for the feed of the first, 106 steps a tick.
+#[test]
+fn an_unanswered_jog_is_not_repeated() {
+    let job = raw_jog(&machine(), Axis::X, 0.5, Some(60.0)).unwrap();
+    let machine = machine();
+    let faults = Faults::new(vec!["lose-answer@2".parse().unwrap()], 40, None);
+    let nodes = Nodes::new(&machine, machine.bus.units(), &start(&machine), 250);
+    let mut link = Heard { sim: Sim::new(nodes.with_faults(faults)), sent: vec![] };
+    let mut master = Master::new(job, &machine, Timing::new(&machine.bus, 1.0));
+    let mut person = Person { stops: never, stopped: 0, events: vec![] };
+    let ending = drive(&mut link, &mut master, &mut person);
+    assert!(matches!(ending.end, End::Failed(Fault::NoAnswer { .. })));
+    let ping = [b'j', 122, 122, 0, 0, 0, b's', b's'];
+    let jog = [b'j', 122];
+    // One zero, to which a servant would answer; then what ends a jog that waits for its feed.
+    let out = [0, 0, 0, 0, b's', b's'];
+    assert_eq!(link.sent, [&ping[..], &ping, &jog, &out].concat());
+    let (_, node) = link.sim.nodes().iter().next().unwrap();
+    assert_eq!(node.position_steps(), start(&machine)[Axis::X]);
+}
+
+/// Keeps what the host sends.
+struct Heard {
+    sim: Sim,
+    sent: Vec<u8>,
+}
+
+impl Link for Heard {
+    fn now_us(&mut self) -> u64 {
+        self.sim.now_us()
+    }
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.sent.extend(bytes);
+        self.sim.send(bytes)
+    }
+    fn receive(
+        &mut self,
+        bytes: &mut Vec<u8>,
+        until_us: u64,
+        answer_from_us: Option<u64>,
+    ) -> Result<(), LinkError> {
+        self.sim.receive(bytes, until_us, answer_from_us)
+    }
 }

@@ -159,12 +159,14 @@ fn what_bounds_a_speed_is_named() {
     };
     check("G1 X300 F600\nM30\n", &["stop"], &["feed"]);
     check("G0 X300\nG4 P1\nG0 X1\nM30\n", &["stop"; 2], &["steps a tick of X"; 2]);
-    check("G1 X1 F30000\nM30\n", &["stop"], &["acceleration"]);
+    // So short that the acceleration is never at its greatest, and long enough: 2·A³/J² is 6.25 mm.
+    check("G1 X6 F30000\nM30\n", &["stop"], &["jerk"]);
+    check("G1 X7 F30000\nM30\n", &["stop"], &["acceleration"]);
     check("G1 X20 F6000\nY20\nM30\n", &["speed step of X in corners", "stop"], &["feed"; 2]);
     check(
         "G1 X20 F6000\nX0.1\nX0\nM30\n",
-        &["speed step of X in corners", "acceleration", "stop"],
-        &["feed", "feed", "acceleration"],
+        &["speed step of X in corners", "jerk", "stop"],
+        &["feed", "feed", "jerk"],
     );
 }
 

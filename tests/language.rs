@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
 use cnc::gcode::{LATHE_CODES, codes, foreign, rules, words};
-use cnc::interp::{self, Checked, Dialect, Motion, Move, MoveKind, Options};
+use cnc::interp::{self, Bound, Checked, Dialect, Motion, Move, MoveKind, Options};
 use proptest::prelude::*;
 
 fn root() -> &'static Path {
@@ -122,16 +122,16 @@ fn every_rule_has_a_bad_sample_that_breaks_it_and_nothing_else() {
 
 /// A plan of years neither ends nor fits the numbers that count its ticks.
 #[test]
-fn no_move_may_take_longer_than_a_day() {
+fn no_move_may_take_longer_than_ten_days() {
     let tiny = format!("G1 F0.{}1 X1\nM30", "0".repeat(300));
     for (text, expected) in [
         (tiny.as_str(), true),
-        ("G1 F0.001 X1.44\nM30", false),
-        ("G1 F0.001 X1.45\nM30", true),
-        ("G1 F0.001 A1.45\nM30", true),
-        ("G20 G1 F0.001 X1.45\nM30", true),
-        ("G1 F1 X0\nG2 X0 I200\nM30", false),
-        ("G1 F1 X0\nG2 X0 I200 P2\nM30", true),
+        ("G1 F0.0001 X1.44\nM30", false),
+        ("G1 F0.0001 X1.45\nM30", true),
+        ("G1 F0.0001 A1.45\nM30", true),
+        ("G20 G1 F0.0001 X1.45\nM30", true),
+        ("G1 F0.1 X0\nG2 X0 I200\nM30", false),
+        ("G1 F0.1 X0\nG2 X0 I200 P2\nM30", true),
         ("G1 F10 X0\nG2 X1 R100000\nM30", false),
     ] {
         let found = check(text.as_bytes(), &ideal());
@@ -370,6 +370,71 @@ fn words_that_are_right_are_taken() {
     }
 }
 
+/// On FANUC-style controls cycles are a group of their own.
+#[test]
+fn the_end_of_a_cycle_ends_no_motion_code_at_fanuc() {
+    let text = b"G1 F100 X1\nG81 X2 Z-1 R1\nG83 X3 Z-1 R1 Q1\nG80\nX4\nG0\nG80 X5\nM30";
+    for (dialect, expected) in [(Dialect::Fanuc, None), (Dialect::Iso, Some("no-motion-mode"))] {
+        let options = Options { dialect, ..Options::default() };
+        let found = check_with(text, &ideal(), &options);
+        assert_eq!(found.diagnostics.first().map(|found| found.rule), expected);
+    }
+}
+
+/// Titles, line numbers and words that say the same twice, as real programs have them.
+#[test]
+fn real_programs_are_written_so() {
+    for (text, expected) in [
+        // Above the title of the main program stand subprograms and parameters.
+        ("#1=2\nO5 sub\nG0 X9\nO5 endsub\nO1\nO5 call\nM30", None),
+        ("#1=9\nO1 (main)\n#2=1\nIF [#1 EQ 9] GOTO 7\nG0 X5\nN7 M30", None),
+        ("O<main> (title)\nG0 X1\nM30", None),
+        ("G0 X1\nO<sub>\nM30", Some("expression 2:1")),
+        ("o1 sub\nO<other>\no1 endsub\no1 call\nM30", Some("expression 2:1")),
+        ("N10.5 G0 X1\nM30", None),
+        ("N-1 G0 X1\nM30", Some("bad-value 1:1")),
+        ("G49 H0\nG40 D0\nM30", None),
+        ("G49 H1\nM30", Some("unused-word 1:5")),
+        ("G0 X[EXISTS[#5] + EXISTS[#[5000 + 602]]] Y EXISTS[#5603]\nM30", None),
+        ("#abs[-3]=5\nG0 X#3\nM30", None),
+        // LinuxCNC's tolerances: 0.02 times the root of 2 mm, and a tenth of that in inches.
+        ("G2 X20.028 I10 F9\nM30", Some("arc-radius-doubtful 1:1")),
+        ("G2 X20.029 I10 F9\nM30", Some("arc-radius 1:1")),
+        ("G20\nG2 X1.0028 I0.5 F9\nM30", Some("arc-radius-doubtful 2:1")),
+        ("G20\nG2 X1.0029 I0.5 F9\nM30", Some("arc-radius 2:1")),
+    ] {
+        let found = check(text.as_bytes(), &ideal());
+        let show = |found: &cnc::base::Diagnostic| {
+            format!("{} {}:{}", found.rule, found.span.line, found.column())
+        };
+        assert_eq!(found.diagnostics.first().map(show).as_deref(), expected, "{text}");
+    }
+}
+
+/// After M29 taps start the spindle, follow its turns and leave it standing, until G80.
+#[test]
+fn rigid_taps_follow_the_spindle() {
+    let text = "M29 S500\nG84 X1 Z-5 R2 F400\nG80\nM3\nG84 X2 Z-5 R2\nM30";
+    let (source, machine) = (Source::memory("test.nc", text.as_bytes()), ideal());
+    let show = |motion| match motion {
+        Motion::Move(step) if step.bound == Bound::Spindle => "tap".to_owned(),
+        Motion::Move(step) => format!("Z{}", step.to[Axis::Z]),
+        Motion::Event(event) => event.kind.to_string(),
+    };
+    let motions = interp::motions(&source, &machine, &Options::default());
+    let shown: Vec<String> = motions.map(|motion| show(motion.unwrap())).collect();
+    let expected = "S500, Z2, Z2, M3 S500, tap, M5, M4 S500, tap, M5, M3 S500, Z2, Z-5, M5, \
+                    M4 S500, Z2, M5, M3 S500, M30";
+    assert_eq!(shown.join(", "), expected);
+    for (text, expected) in [
+        ("M29\nG84 X1 Z-5 R2 F400\nM30", "no-spindle-speed"),
+        ("M29 S5\nG80\nG84 X1 Z-5 R2 F400\nM30", "spindle-stopped"),
+    ] {
+        let found = check(text.as_bytes(), &machine);
+        assert_eq!(found.diagnostics.first().map(|found| found.rule), Some(expected), "{text}");
+    }
+}
+
 /// What refuses compensation, and what does not.
 #[test]
 fn compensation_knows_what_fits() {
@@ -380,6 +445,13 @@ fn compensation_knows_what_fits() {
         ("X10\nY-4\nX13.9\nY0\nX30", Some("compensation-gouge 7:1")),
         ("X10\nG3 X20 R5\nG1 X30", None),
         ("X10\nG3 X12 R1.5\nG1 X30", Some("compensation-gouge 5:1")),
+        // Of the tool's radius; led in by a way of its radius.
+        ("X10\nG3 X14 R2\nG1 X30", None),
+        ("G40 Y-20\nG41 D1 Y-18\nX30", None),
+        ("G40 Y-20\nG41 D1 Y-18.1\nX30", Some("compensation-gouge 5:1")),
+        // Straight back along an arc, which lies on the tool's side or on the other.
+        ("X10\nG2 X20 R5\nG1 Y10\nX30", None),
+        ("X10\nG2 X20 R5\nG1 Y6", Some("compensation-gouge 7:1")),
         ("X10\nX5\nY5", None),
         ("X10\nG3 X10 Y0 I0 J5\nG1 X30", None),
         ("X10\nG18 X20", Some("compensation-mode 5:1")),

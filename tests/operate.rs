@@ -9,6 +9,7 @@ use serde_json::Value;
 fn cnc() -> Process {
     let mut process = Process::new(env!("CARGO_BIN_EXE_cnc"));
     process.env_remove("CNC_MACHINE").stdin(Stdio::null());
+    process.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
     process
 }
 

@@ -2,7 +2,7 @@
 //! period, nothing fails, and what was measured is what happened.
 
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
-use cnc::wire::{Activity, End, Job, Master, MasterEvent, Nodes, Random, Timing};
+use cnc::wire::{Activity, End, Faults, Job, Master, MasterEvent, Nodes, Random, Timing};
 use cnc::wire_io::{Link, LinkError, Operator, Sim, drive};
 use proptest::prelude::*;
 
@@ -154,6 +154,37 @@ proptest! {
 #[test]
 fn hold_ups_longer_than_the_time_out_do_not_blame_the_nodes() {
     (0..8).for_each(|seed| check(seed, 20, 2_000_000));
+}
+
+/// A port that keeps some sync bytes back for milliseconds, as busy systems do: the master rests and
+/// answers at once, so only when it does tells the host that the others began late.
+#[test]
+fn what_the_port_keeps_back_does_not_bring_ticks_closer() {
+    let machine = Machine::load("starmill").unwrap();
+    let tick = |at: i32, counts: [i32; 2]| {
+        let mut map = AxisMap::default();
+        (map[Axis::X], map[Axis::Y]) = (counts[0], counts[1]);
+        Command::Tick(Tick { buffer: 0, line: 1 + at as u32 / 300, counts: map })
+    };
+    // X moves in most ticks, and is the master while Y moves too.
+    let ramp = |at: i32| (1 + at.min(199 - at)).clamp(0, 20);
+    let commands =
+        (0..500).map(|at| if at < 300 { tick(at, [1, 0]) } else { tick(at, [0, ramp(at - 300)]) });
+    let start = machine.nearest_steps(&machine.work_zero_mm);
+    let job = Job::new(commands.collect::<Vec<_>>(), start, &machine).unwrap();
+    let late = (300..500).step_by(7).map(|at| format!("late=4000@tick.{at}").parse().unwrap());
+    let faults = Faults::new(late.collect(), 1500, None);
+    let nodes = Nodes::new(&machine, machine.bus.units(), &job.start_steps, 250);
+    let mut sim = Sim::new(nodes.with_faults(faults));
+    let mut master = Master::new(job.clone(), &machine, Timing::new(&machine.bus, 1.0));
+    let ending = drive(&mut sim, &mut master, &mut Nobody);
+    assert_eq!(ending.end, End::Done);
+    assert_eq!(job.first_difference(&sim.nodes().executed()), None);
+    while let Some(entry) = sim.nodes_mut().poll_log() {
+        assert_eq!(entry.hazard, None, "{entry:?}");
+    }
+    let figures = ending.pacing.figures();
+    assert_eq!((figures.slides, figures.slides_by_answer), (29, 29));
 }
 
 /// The line is kept busy, and an idle system keeps the period to the microsecond.

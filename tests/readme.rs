@@ -80,6 +80,7 @@ fn check(file: &Path) -> usize {
             .current_dir(folder.path())
             .env("PATH", &path)
             .env_remove("CNC_MACHINE")
+            .env("XDG_STATE_HOME", folder.path())
             .stdin(std::process::Stdio::null())
             .output()
             .unwrap();

@@ -4,8 +4,8 @@
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
-use cnc::base::{Axis, AxisSet, Machine, Point};
-use cnc::path::{Curve, PathItem, Segment};
+use cnc::base::{Axis, AxisSet, Machine, Plane, Point};
+use cnc::path::{Arc, Curve, PathItem, Segment};
 use cnc::plan::{self, Feed, Planned, Seam, SeamKind, SeamReport, Seams};
 use cnc::step::{self, Summary};
 use proptest::prelude::*;
@@ -43,6 +43,32 @@ impl Pen {
         let to_mm = self.at;
         let segment = Segment { line, feed_mm_s, from_mm, to_mm, curve, corner };
         self.path.push(PathItem::Segment(segment));
+    }
+}
+
+impl Pen {
+    /// An arc to the left that begins in a direction.
+    fn arc(&mut self, radius_mm: f64, direction_rad: f64, sweep_rad: f64, feed_mm_s: Option<f64>) {
+        let angle_from_rad = direction_rad - 0.25 * TAU;
+        let [x, y] = [Axis::X, Axis::Y];
+        let center_mm = [
+            self.at[x] - radius_mm * angle_from_rad.cos(),
+            self.at[y] - radius_mm * angle_from_rad.sin(),
+        ];
+        self.go([0.0; 3], feed_mm_s);
+        let Some(PathItem::Segment(segment)) = self.path.last_mut() else { return };
+        let end_rad = angle_from_rad + sweep_rad;
+        segment.to_mm[x] = center_mm[0] + radius_mm * end_rad.cos();
+        segment.to_mm[y] = center_mm[1] + radius_mm * end_rad.sin();
+        segment.curve = Curve::Arc(Arc {
+            plane: Plane::Xy,
+            center_mm,
+            radius_from_mm: radius_mm,
+            radius_to_mm: radius_mm,
+            angle_from_rad,
+            sweep_rad,
+        });
+        self.at = segment.to_mm;
     }
 }
 
@@ -116,6 +142,154 @@ proptest! {
         if let (Some(chosen_s), Some(least_s)) = (chosen_s, least_s) {
             prop_assert!(chosen_s <= least_s + rounding_s, "{chosen_s}, {least_s}: {chosen:?}");
         }
+    }
+}
+
+/// A move of a program at random: length, turn before it or, for an arc, along it, feed.
+type Wander = (f64, f64, Option<f64>);
+
+/// Lines, and arcs where a cut turns much, of which some go on as the move before ends.
+fn wandering(machine: &Machine, moves: &[Wander]) -> Vec<PathItem> {
+    let mut pen = Pen::new(machine);
+    let mut angle_rad = 0.3_f64;
+    for (length_mm, turn_rad, feed_mm_s) in moves {
+        if *turn_rad > 0.3 && feed_mm_s.is_some() {
+            pen.arc(2.0 * length_mm, angle_rad, 4.0 * turn_rad, *feed_mm_s);
+            angle_rad += 4.0 * turn_rad;
+        } else {
+            angle_rad += turn_rad;
+            let by_mm = [length_mm * angle_rad.cos(), length_mm * angle_rad.sin(), 0.0];
+            pen.go(by_mm, *feed_mm_s);
+        }
+    }
+    pen.path
+}
+
+/// Ticks up to a seam's place, and from there to the end, waits for ticks' boundaries left out.
+fn sides_ticks(path: &[PathItem], machine: &Machine, seams: &Seams, at: &Seam) -> [f64; 2] {
+    let mut sides = [0.0; 2];
+    for planned in plan::plan(items(path), machine, Feed::LookAhead, seams, machine.work_zero_mm) {
+        let Ok(Planned::Profile(profile)) = planned else { continue };
+        let segment = u64::from(profile.segment.line) - 1;
+        let is_behind = (segment, profile.shares[0]) >= (at.segment, at.share);
+        sides[usize::from(is_behind)] += profile.ramp.duration_s() / machine.bus.tick_s();
+    }
+    sides
+}
+
+/// A machine with short buffers, whose axes X and Y stand so many times the jerk: e to this power.
+fn stiff(is_big: bool, jerks: Option<[f64; 2]>) -> Machine {
+    let name = if is_big { "samples/machines/big-router.toml" } else { "starmill" };
+    let mut machine = Machine::load(name).unwrap();
+    for (i, axis) in machine.axes.iter_mut().enumerate() {
+        let jerk_mm_s3 = axis.jerk_max_mm_s3.zip(jerks);
+        axis.jerk_max_mm_s3 = jerk_mm_s3.map(|(jerk, more)| jerk * more[i.min(1)].exp());
+    }
+    machine.bus.buffer_ticks = 100;
+    machine
+}
+
+/// What a stop is reckoned with against what it takes, in ticks: the way up to it, and all it adds.
+struct Reckoned {
+    before: f64,
+    all: f64,
+}
+
+/// The stops at ends of blocks that are chosen, one at a time; those inside hang on the length of buffers.
+fn stops(path: &[PathItem], machine: &Machine) -> Vec<(Seam, Reckoned)> {
+    let mut endless = machine.clone();
+    endless.bus.buffer_ticks = 100_000;
+    let seams = place(path, machine);
+    let stop = |seam: &Seam| {
+        let alone: Seams = [*seam].into_iter().collect();
+        let cost = survey(path, &endless, &alone).seams.first().copied()?;
+        let [stopped, running] =
+            [&alone, Seams::NONE].map(|seams| sides_ticks(path, &endless, seams, seam));
+        let pads = cost.pads_s / endless.bus.pad_s();
+        let before = f64::from(endless.bus.buffer_ticks) - pads - stopped[0];
+        let more = stopped.iter().sum::<f64>() - running.iter().sum::<f64>();
+        Some((*seam, Reckoned { before, all: cost.ramps_s / endless.bus.tick_s() - more }))
+    };
+    seams.iter().filter(|seam| seam.share == 1.0).filter_map(stop).collect()
+}
+
+/// Buffers are never too long, since what stops take is reckoned with a bound.
+fn check_stops(path: &[PathItem], machine: &Machine) -> Result<(), TestCaseError> {
+    for (seam, over) in stops(path, machine) {
+        prop_assert!(over.before > -1e-6, "{} ticks: {seam:?}", over.before);
+        prop_assert!(over.all > -2.0, "{} ticks: {seam:?}", over.all);
+    }
+    let seams = place(path, machine);
+    // Where a stop takes a whole buffer there is no choice.
+    if !survey(path, machine, &seams).above_least_s.is_finite() {
+        return Ok(());
+    }
+    let ticks_max = machine.bus.motion_ticks_max().unwrap_or(0);
+    for (ticks, _) in buffers(path, machine, &seams) {
+        prop_assert!(ticks <= u64::from(ticks_max), "{ticks} ticks of {ticks_max}: {seams:?}");
+    }
+    Ok(())
+}
+
+/// On a steady line what is reckoned is what a stop takes.
+#[test]
+fn a_stop_on_a_steady_line_is_reckoned_exactly() {
+    let mut machine = Machine::load("starmill").unwrap();
+    machine.bus.buffer_ticks = 100_000;
+    for feed_mm_s in [1.0, 4.0, 6.0, 15.0] {
+        let mut pen = Pen::new(&machine);
+        (0..4).for_each(|_| pen.go([10.0, 0.0, 0.0], Some(feed_mm_s)));
+        let seam = Seam { segment: 1, share: 1.0, kind: SeamKind::Cut };
+        let alone: Seams = [seam].into_iter().collect();
+        let ramps_s = survey(&pen.path, &machine, &alone).seams[0].ramps_s;
+        let [stopped, running] = [&alone, Seams::NONE]
+            .map(|seams| sides_ticks(&pen.path, &machine, seams, &seam).iter().sum::<f64>());
+        let over = ramps_s / machine.bus.tick_s() - (stopped - running);
+        assert!((-1e-3..0.1).contains(&over), "{feed_mm_s} mm/s: {over} ticks");
+    }
+}
+
+/// Elsewhere it is some ticks more at most, and mostly one.
+#[test]
+fn stops_are_reckoned_within_a_few_ticks() {
+    for is_big in [false, true] {
+        let machine = stiff(is_big, Some([0.0; 2]));
+        let step = |k: u32, of: u32| f64::from(k * 7919 % of) / f64::from(of);
+        let wander = |k: u32| {
+            (0.3 + step(k, 97), 0.8 * step(k, 61) - 0.4, Some(2.0 + 9.0 * step(k / 5, 13)))
+        };
+        let path = wandering(&machine, &(0..150).map(wander).collect::<Vec<_>>());
+        let mut over: Vec<f64> = stops(&path, &machine).iter().map(|(_, over)| over.all).collect();
+        over.sort_by(f64::total_cmp);
+        assert!(over.len() > 8, "{over:?}");
+        assert!(over[over.len() / 2] < 2.0 && over[over.len() - 1] < 12.0, "{over:?}");
+    }
+}
+
+/// Cases of a slow property: few, or as many as `PROPTEST_CASES` says.
+fn cases(few: u32) -> ProptestConfig {
+    let asked = std::env::var("PROPTEST_CASES").ok().and_then(|count| count.parse().ok());
+    ProptestConfig { max_shrink_iters: 200, ..ProptestConfig::with_cases(asked.unwrap_or(few)) }
+}
+
+proptest! {
+    #![proptest_config(cases(4))]
+
+    #[test]
+    fn buffers_are_never_too_long(
+        moves in proptest::collection::vec(
+            (0.05..1.5_f64, -0.5..0.5_f64, prop_oneof![Just(None), (1.0..25.0_f64).prop_map(Some)]),
+            10..60,
+        ),
+        chopped in 1.0..12.0_f64,
+        is_big in proptest::bool::ANY,
+        jerks in proptest::option::weighted(0.8, proptest::array::uniform2(-0.7..2.3_f64)),
+    ) {
+        let machine = stiff(is_big, jerks);
+        check_stops(&wandering(&machine, &moves), &machine)?;
+        let chord = |(way, turn, _): &Wander| (way / chopped, turn / chopped, Some(20.0));
+        let chords: Vec<_> = moves.iter().map(chord).collect();
+        check_stops(&wandering(&machine, &chords), &machine)?;
     }
 }
 

@@ -29,4 +29,11 @@ X20
 Z12
 X5
 G40 Z20 X0
+G17 G0 Y-10 Z5
+G41.1 D4 G1 X5 Y0
+X10
+G2 X20 R5
+G1 Y10 (straight back: the arc lies on the tool's side, so this is an inside corner)
+X30
+G40 Y20
 M30

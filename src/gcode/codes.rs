@@ -305,6 +305,7 @@ pub static CODES: &[Code] = &[
     m(8, Group::Coolant, Op::FloodOn, "flood coolant on"),
     m(9, Group::Coolant, Op::CoolantOff, "coolant off"),
     m(19, Group::Spindle, Op::Function(Function::SpindleOrient), "orients the spindle to R degrees"),
+    m(29, Group::Spindle, Op::Function(Function::RigidTap), "the taps that follow, up to G80, are rigid: in step with the spindle, which they start"),
     m(30, Group::Stop, Op::EndAndRewind, "ends the program and goes back to its beginning"),
     m(48, Group::Override, Op::Override(48), "overrides are allowed"),
     m(49, Group::Override, Op::Override(49), "overrides are off"),

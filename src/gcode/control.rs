@@ -34,6 +34,8 @@ impl fmt::Display for Label {
 #[allow(missing_docs)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Control {
+    /// `O<name>` alone: the title of a program.
+    Title,
     Sub,
     EndSub(Option<Formula>),
     Return(Option<Formula>),
@@ -148,7 +150,7 @@ fn result(reader: &mut Reader<'_, '_>) -> Result<Option<Formula>, NoExpression> 
 
 fn arguments(reader: &mut Reader<'_, '_>) -> Result<Vec<Formula>, NoExpression> {
     let mut arguments = Vec::new();
-    while reader.peek() == Some(b'[') {
+    while reader.peek() == Some(b'[') || reader.passes_comment() {
         if arguments.len() == ARGUMENTS_MAX {
             return reader.fail(format!("a call has at most {ARGUMENTS_MAX} arguments"));
         }
@@ -252,6 +254,7 @@ impl Statement {
             formulas.iter().map(|formula| format!(" [{}]", text(formula))).collect()
         };
         match &self.control {
+            Control::Title => label.to_string(),
             Control::Sub => format!("{label} SUB"),
             Control::EndSub(formula) => format!("{label} ENDSUB{}", result(formula)),
             Control::Return(formula) => format!("{label} RETURN{}", result(formula)),

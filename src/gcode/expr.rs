@@ -13,6 +13,7 @@ use std::rc::Rc;
 
 use super::name::Name;
 use super::number::{NUMBER_MAX, SyntaxError, is_blank, number};
+use super::stray::is_control;
 
 /// Brackets, signs and `#` within each other, at most: far beyond what anybody writes, far below
 /// what a stack holds.
@@ -37,6 +38,8 @@ pub enum Step {
     Named(Rc<Name>),
     /// 1 if `#<name>` is set, 0 if not.
     Exists(Rc<Name>),
+    /// 1 if there is a parameter of the number on the stack, 0 if not.
+    ExistsNumbered,
     /// The value with its sign changed.
     Negate,
     /// A function of one value.
@@ -167,6 +170,21 @@ impl<'a, 'c> Reader<'a, 'c> {
             self.rest = &self.rest[1..];
         }
         is_next
+    }
+
+    /// Takes a comment that stands before a `[`, unless it says something to the operator.
+    pub fn passes_comment(&mut self) -> bool {
+        let Some((b'(', text)) = self.rest.split_first() else { return false };
+        let Some(end) = text.iter().position(|byte| *byte == b')') else { return false };
+        let (text, rest) = (&text[..end], &text[end + 1..]);
+        let says = ["MSG,", "DEBUG,", "PRINT,"].iter().any(|to| after_word(text, to).is_some());
+        let is_remark = !says && text.iter().all(|byte| *byte != b'(' && !is_control(*byte));
+        let goes_on = rest.iter().find(|byte| !is_blank(**byte)) == Some(&b'[');
+        if is_remark && goes_on {
+            self.rest = rest;
+            self.peek();
+        }
+        is_remark && goes_on
     }
 
     /// Takes a word, in either case, if it comes next; blanks may stand inside.
@@ -326,6 +344,7 @@ impl<'a, 'c> Reader<'a, 'c> {
                 return Ok(());
             }
             Some(b'0'..=b'9' | b'[' | b'#') => self.operand()?,
+            Some(_) if self.is_at_function() => self.operand()?,
             _ => {
                 return self
                     .no_parameter("# is not followed by the number or <name> of a parameter");
@@ -354,13 +373,7 @@ impl<'a, 'c> Reader<'a, 'c> {
             return Ok(());
         }
         if self.takes_word("EXISTS") {
-            let is_name = self.takes(b'[') && self.takes(b'#') && self.peek() == Some(b'<');
-            let name = if is_name { self.name()? } else { String::new() };
-            if !is_name || !self.takes(b']') {
-                return self.fail("EXISTS is written as EXISTS[#<name>]");
-            }
-            self.code.push(Step::Exists(Rc::new(Name::new(&name))));
-            return Ok(());
+            return self.exists();
         }
         let mut functions = Function::ALL.iter();
         let Some(function) = functions.find(|function| self.takes_word(function.name())) else {
@@ -368,6 +381,26 @@ impl<'a, 'c> Reader<'a, 'c> {
         };
         self.bracket()?;
         self.code.push(Step::Function(*function));
+        Ok(())
+    }
+
+    /// What stands behind EXISTS: `[#<name>]`, `[#1]`.
+    fn exists(&mut self) -> Read<()> {
+        if !self.takes(b'[') || self.peek() != Some(b'#') {
+            return self.fail("EXISTS is written as EXISTS[#<name>]");
+        }
+        self.hash()?;
+        if !self.takes(b']') {
+            return self.fail("a ] is missing here: EXISTS is written as EXISTS[#<name>]");
+        }
+        // What would read the parameter asks for it instead.
+        match self.code.pop() {
+            Some(Step::Named(name)) => self.code.push(Step::Exists(name)),
+            Some(Step::Parameter(number)) => {
+                self.code.extend([Step::Number(f64::from(number)), Step::ExistsNumbered]);
+            }
+            _ => self.code.push(Step::ExistsNumbered),
+        }
         Ok(())
     }
 }
@@ -414,6 +447,12 @@ impl Written {
         Written { text: format!("{first} {} {second}", operator.name()), precedence }
     }
 
+    /// As the number of a parameter, behind the # of EXISTS, where it may be a number.
+    fn behind_exists(self) -> String {
+        let is_number = self.text.bytes().all(|byte| byte.is_ascii_digit());
+        if is_number { self.text } else { self.behind_hash() }
+    }
+
     /// As the number of a parameter, behind its #.
     fn behind_hash(self) -> String {
         let text = self.at_least(OPERAND);
@@ -432,6 +471,9 @@ fn steps_written(code: &[Step]) -> Written {
             Step::Named(name) => Written::operand(format!("#<{name}>")),
             Step::Exists(name) => Written::operand(format!("EXISTS[#<{name}>]")),
             Step::Indirect => Written::operand(format!("#{}", take().behind_hash())),
+            Step::ExistsNumbered => {
+                Written::operand(format!("EXISTS[#{}]", take().behind_exists()))
+            }
             Step::Negate => Written::operand(format!("-{}", take().at_least(OPERAND))),
             Step::Function(function) => {
                 Written::operand(format!("{}[{}]", function.name(), take().text))
@@ -507,6 +549,9 @@ mod tests {
         check("##1+#[2+#3]", "##1 + #[2 + #3]");
         check("sin[3 0]*ATAN[1]/[2]", "SIN[30] * ATAN[1]/[2]");
         check("EXISTS[#<_g>]", "EXISTS[#<_g>]");
+        check("EXISTS[#1]+EXISTS[##2]", "EXISTS[#1] + EXISTS[##2]");
+        check("EXISTS[#[#2+1]]", "EXISTS[#[#2 + 1]]");
+        check("#abs[-3]", "#[ABS[-3]]");
         check("1 2 .5X3", "12.5X3");
         check("#1 *", "#1 *");
         check("#1*;", "#1*;");
@@ -520,7 +565,8 @@ mod tests {
         check("FOO[1]", "0: no function of this name is known");
         check("SIN 30", "4: a [ is missing here");
         check("ATAN[1]", "7: ATAN is written as ATAN[y]/[x]");
-        check("EXISTS[#1]", "8: EXISTS is written as EXISTS[#<name>]");
+        check("EXISTS[1]", "7: EXISTS is written as EXISTS[#<name>]");
+        check("EXISTS[#1+1]", "9: a ] is missing here: EXISTS is written as EXISTS[#<name>]");
         check("#1.5", "4: there is no parameter #1.5");
         check("#<a", "2: this name has no end: > is missing");
         check("#", "1: # is not followed by the number or <name> of a parameter");

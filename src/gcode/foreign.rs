@@ -158,7 +158,6 @@ pub static FOREIGN: &[Foreign] = &[
     m(18, "Okuma, 3D printers", "ends the spindle's orientation; motors off", OUT),
     m(20, "FANUC, Heidenhain", "a function of the machine's builder; on 3D printers: lists files", CHECK),
     ms(21, 28, "builders of machines", "functions of the machine: mirror images, tailstock, doors, chamfers of threads", CHECK),
-    m(29, "FANUC", "rigid tapping mode", "leave it out: G84 taps with a floating holder here"),
     ms(31, 36, "builders of machines", "chip conveyor, parts catcher, door", CHECK),
     ms(37, 39, "builders of machines", "doors, or ranges of the spindle's speed", CHECK),
     ms(40, 46, "many controls", "gears of the spindle", "set the gear by hand, or leave it out if the machine has one"),

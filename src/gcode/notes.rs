@@ -13,7 +13,7 @@ pub fn note(code: &Code) -> Option<&'static str> {
 #[rustfmt::skip]
 static NOTES: &[(u8, u16, &str)] = &[
     (b'G', 0, "All axes arrive together here (rapid = \"straight\"); on many controls each goes at its own speed, and the way is bent."),
-    (b'G', 20, "A full circle needs I J K and no axis word that differs. R negative is the long way. P is how many turns. Ends may differ from the circle within arc_radius_tolerance_mm."),
+    (b'G', 20, "A full circle needs I J K and no axis word that differs. R negative is the long way. P is how many turns. Ends may differ from the circle within arc_radius_tolerance_mm; in inches 2.54 times as far."),
     (b'G', 30, "As G2."),
     (b'G', 40, "P is in seconds here and on LinuxCNC and grbl; on FANUC in milliseconds if it has no point, on 3D printers always. X or U are seconds too."),
     (b'G', 70, "On Haas and FANUC there is no such code: lathes are in diameters by a setting."),
@@ -31,7 +31,7 @@ static NOTES: &[(u8, u16, &str)] = &[
     (b'G', 510, "I J K are factors; P is one for all axes. FANUC takes P in thousandths if it has no point."),
     (b'G', 520, "A shift of all work coordinate systems, until G52 X0 Y0 Z0."),
     (b'G', 530, "For one block, and only beside G0 or G1."),
-    (b'G', 640, "P is how far a corner may be cut; on Siemens G64 is continuous path without a tolerance."),
+    (b'G', 640, "P is how far a corner may be cut; on Siemens G64 is continuous path without a tolerance. Q joins no lines here: on LinuxCNC it joins those that are nearly one."),
     (b'G', 650, "A to Z become #1 to #26 of the subprogram."),
     (b'G', 680, "R is the angle in degrees about X Y. On FANUC lathes: double turrets."),
     (b'G', 730, "On FANUC lathes: pattern repeating."),

@@ -104,6 +104,8 @@ pub enum Function {
     /// M67 and M68.
     AnalogOutput(u8),
     SpindleOrient,
+    /// M29
+    RigidTap,
     /// M100 to M199.
     User,
 }
@@ -116,6 +118,7 @@ impl Function {
             Function::DigitalOutput(_) => "P",
             Function::AnalogOutput(_) => "EQ",
             Function::SpindleOrient => "PQR",
+            Function::RigidTap => "",
             Function::User => "PQ",
         })
     }

@@ -278,6 +278,10 @@ impl<'a> Parsing<'a> {
     }
 
     fn o_word(&mut self, label: Label, start: u32) -> Option<()> {
+        let next = self.rest.iter().find(|byte| !is_blank(**byte));
+        if matches!((&label, next), (Label::Name(_), None | Some(b'(' | b';'))) {
+            return self.statement(label, Control::Title, start);
+        }
         let read = self.read(start, |reader| match after_label(reader) {
             Some(result) => result,
             None => reader.fail("a keyword is missing here: sub, call, if, while, repeat …"),

@@ -8,7 +8,7 @@
 //!    start
 //! ```
 
-use crate::base::{Axis, Plane};
+use crate::base::{Axis, Machine, Plane};
 use crate::gcode::{Block, Fault, Word, rules};
 
 /// Ends of an arc that are no further apart in the plane make a full circle (RS274/NGC).
@@ -26,6 +26,19 @@ const RADIUS_SHARE: f64 = 0.001;
 
 /// A difference of this many tolerances is wrong, however large the radius.
 const TOLERANCES_MAX: f64 = 100.0;
+
+/// What 0.028 mm leaves of LinuxCNC's tolerance, which is 0.02 · √2 mm.
+const ROUNDED_OFF: f64 = 1.0102;
+
+/// In inches the tolerance is 2.54 times as large, as in LinuxCNC: there it is 0.002 · √2 inches,
+/// for programs in inches have three decimals where others have two.
+const TOLERANCE_OF_INCHES: f64 = 2.54;
+
+/// How far the radii of an arc's ends may differ, in a program of these units.
+pub(super) fn tolerance_mm(machine: &Machine, mm_per_unit: f64) -> f64 {
+    let by_unit = if mm_per_unit > 1.0 { TOLERANCE_OF_INCHES } else { 1.0 };
+    machine.arc_radius_tolerance_mm * ROUNDED_OFF * by_unit
+}
 
 /// An arc in its plane, in machine coordinates, and how its words are meant.
 pub(super) struct ArcTask<'a> {

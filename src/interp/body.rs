@@ -197,7 +197,8 @@ impl Linker {
                 body.link(at, |links| links.other = around.at);
                 around.inside.push(at);
             }
-            Control::Return(_)
+            Control::Title
+            | Control::Return(_)
             | Control::Call(_)
             | Control::CallNumber(..)
             | Control::Goto { .. }

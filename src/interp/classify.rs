@@ -116,6 +116,16 @@ impl Executor<'_> {
         true
     }
 
+    /// H0 beside G49, and D0 beside G40: they say the same.
+    fn said_twice(&self, block: &Block) -> u32 {
+        let letter = |(op, letter): (Op, u8)| {
+            let is_zero = block.word(letter).is_some_and(|word| word.value == 0.0);
+            let has_code = is_zero && self.codes.iter().any(|(_, other)| *other == op);
+            if has_code { letter_bit(letter) } else { 0 }
+        };
+        letter((Op::LengthOffsetOff, b'H')) | letter((Op::CompensationOff, b'D'))
+    }
+
     /// Reports words of the block that nothing makes use of.
     pub(super) fn has_unused_words(
         &self,
@@ -135,6 +145,7 @@ impl Executor<'_> {
         for (code, op) in &self.codes {
             used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
         }
+        used |= self.said_twice(block);
         match mode {
             MotionMode::Line => used |= self.corner_letters(),
             MotionMode::Arc { .. } => {

@@ -12,8 +12,8 @@
 //! leads in, to a place beside its end, across its own direction; an arc becomes a wider or a
 //! narrower one that ends there in the same direction. The first after G40 leads out, straight to
 //! where it ends, on axes that it does not name too (as RS274/NGC has it). A move that the corners
-//! at both its ends swallow would gouge and is refused; so is an inside arc of no more than the
-//! tool's radius. Corners of moves that do not follow each other are not looked at.
+//! at both its ends swallow would gouge and is refused; so is an inside arc of less than the tool's
+//! radius (of just that, the centre stays at one point). Corners of moves that do not follow each other are not looked at.
 
 use crate::base::{Plane, Point};
 use crate::gcode::{Block, Fault, rules};
@@ -26,6 +26,10 @@ const SAME_POINT_MM: f64 = 1e-6;
 
 /// Angles this near to half a turn are a way back.
 const WAY_BACK_RAD: f64 = 1e-6;
+
+/// Where an arc leads back it curls over the way there, or away from it, however exactly it sets out:
+/// within this angle, as LinuxCNC has it, the curl tells.
+const WAY_BACK_CURVED_RAD: f64 = 0.05;
 
 /// Most that is held between two moves in the plane.
 const HELD_MAX: usize = 1000;
@@ -61,7 +65,11 @@ struct Piece {
     start_tangent: Vector,
     end_tangent: Vector,
     round: Option<Round>,
+    /// How the contour curves, to the left: 1/mm.
+    curvature: f64,
     is_lead_in: bool,
+    /// An inside arc of the tool's radius: the tool's centre stays where the arc's is.
+    is_point: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -160,6 +168,11 @@ impl Compensation {
             made => made.map(|piece| (piece, step)),
         };
         match made {
+            Some((piece, mut step)) if piece.is_point => {
+                let feed_mm_min = step.kind.feed_mm_min().unwrap_or_default();
+                step.kind = MoveKind::Line { feed_mm_min };
+                self.join(piece, step, block, out, faults);
+            }
             Some((piece, step)) => self.join(piece, step, block, out, faults),
             None => {
                 let message = format!(
@@ -216,6 +229,9 @@ impl Compensation {
             };
             step.from = self.at;
             [step.to[first], step.to[second]] = end;
+            if matches!(step.kind, MoveKind::Line { .. }) && is_same(&step.from, &step.to) {
+                continue;
+            }
             self.at = step.to;
             out.push(Motion::Move(step));
         }
@@ -254,9 +270,10 @@ impl Compensation {
     ) {
         match self.last {
             None => {
-                if length(minus(piece.corner, piece.start)) <= self.radius_mm {
+                let way = length(minus(piece.corner, piece.start));
+                if way < self.radius_mm - SAME_POINT_MM {
                     let message = format!(
-                        "the move that leads in is no longer than the tool's radius of {:.4} mm",
+                        "the move that leads in is shorter than the tool's radius of {:.4} mm",
                         self.radius_mm
                     );
                     faults.push(Fault::block(&rules::COMPENSATION_GOUGE, block, message));
@@ -265,8 +282,7 @@ impl Compensation {
             Some(last) => {
                 let turn_rad = angle(last.end_tangent, piece.start_tangent);
                 let is_same = length(minus(last.end, piece.start)) < SAME_POINT_MM;
-                let is_back = turn_rad.abs() > std::f64::consts::PI - WAY_BACK_RAD;
-                let is_inside = turn_rad * self.side > 0.0 && !is_back && !is_same;
+                let is_inside = is_inside(turn_rad, &last, &piece, self.side) && !is_same;
                 let meeting = if is_inside { last.meets(&piece) } else { Some(piece.start) };
                 let Some(meeting) = meeting else {
                     faults.push(self.gouge(&last, piece.line, block));
@@ -358,7 +374,9 @@ impl Compensation {
                 start_tangent: tangent,
                 end_tangent: tangent,
                 round: None,
+                curvature: 0.0,
                 is_lead_in: false,
+                is_point: false,
             });
         };
         let turning = if ccw { 1.0 } else { -1.0 };
@@ -369,9 +387,11 @@ impl Compensation {
         };
         // Left of an arc that turns left is its centre.
         let radii = [from, to].map(|at| length(minus(at, center)) - by_mm * turning);
-        if radii.iter().any(|radius| *radius <= 0.0) {
+        let is_point = radii.iter().all(|radius| radius.abs() < SAME_POINT_MM);
+        if !is_point && radii.iter().any(|radius| *radius < SAME_POINT_MM) {
             return None;
         }
+        let round = (!is_point).then_some(radii);
         let (start_tangent, end_tangent) = (tangent(from), tangent(to));
         let sweep_rad = sweep_rad(from, to, center, ccw, turns);
         Some(Piece {
@@ -381,8 +401,10 @@ impl Compensation {
             end: beside(to, end_tangent),
             start_tangent,
             end_tangent,
-            round: Some(Round { center, ccw, radii, sweep_rad }),
+            round: round.map(|radii| Round { center, ccw, radii, sweep_rad }),
+            curvature: turning / length(minus(to, center)),
             is_lead_in: false,
+            is_point,
         })
     }
 }
@@ -402,11 +424,18 @@ impl Piece {
         }
     }
 
-    /// Where the piece meets the next one, nearest to the corner between them.
+    /// Where the piece meets the next one, nearest to the corner between them: if need be the one
+    /// of two places that lies on both.
     fn meets(&self, next: &Piece) -> Option<Vector> {
         let near = |points: [Vector; 2]| {
-            let far = |point: &Vector| length(minus(*point, self.corner));
-            points.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)))
+            let far = |point: &Vector| {
+                let is_off = !(self.reaches(*point) && next.reaches(*point));
+                (is_off, length(minus(*point, self.corner)))
+            };
+            points.into_iter().min_by(|a, b| {
+                let (a, b) = (far(a), far(b));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            })
         };
         match (self.round, next.round) {
             (None, None) => {
@@ -423,6 +452,18 @@ impl Piece {
             (Some(a), Some(b)) => near(circles(a.center, a.radii[1], b.center, b.radii[0])?),
         }
     }
+}
+
+/// Whether the tool is on the inside of a corner. On a way back it is the curves that tell on which
+/// side of it the way there lies; straight back goes round.
+fn is_inside(turn_rad: f64, last: &Piece, next: &Piece, side: f64) -> bool {
+    let bends = last.curvature + next.curvature;
+    let is_curved = bends.abs() > SAME_POINT_MM;
+    let within_rad = if is_curved { WAY_BACK_CURVED_RAD } else { WAY_BACK_RAD };
+    if turn_rad.abs() <= std::f64::consts::PI - within_rad {
+        return turn_rad * side > 0.0;
+    }
+    is_curved && bends * side < 0.0
 }
 
 /// Where the tip of a lathe tool lies beside the centre of its nose, in radii along Z and X, by
@@ -466,6 +507,11 @@ fn circles(a: Vector, radius_a: f64, b: Vector, radius_b: f64) -> Option<[Vector
     let (foot, half) = (plus(a, along, share), square.max(0.0).sqrt());
     let across = [-along[1], along[0]];
     Some([plus(foot, across, half), plus(foot, across, -half)])
+}
+
+/// Whether two positions are one, on all axes.
+fn is_same(a: &Point, b: &Point) -> bool {
+    a.0.iter().zip(&b.0).all(|(a, b)| (a - b).abs() < SAME_POINT_MM)
 }
 
 fn plus(at: Vector, along: Vector, by: f64) -> Vector {

@@ -9,16 +9,16 @@
 //! ```
 //!
 //! Levels lie on the axis across the plane. R, bottom, P, Q, I, J, K hold until the cycle changes.
-//! Spindle and feed are not synchronised: taps need a floating holder. One thing differs: after G88
+//! Spindle and feed are synchronised by M29 only: other taps need a floating holder. One thing differs: after G88
 //! the tool is led out of the hole before anything else moves, for nobody can have jogged it there.
 
 use crate::base::{Axis, EventKind, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Cycle};
+use crate::gcode::codes::{AXIS_LETTERS, Cycle, Single};
 use crate::gcode::{Block, Fault, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, Output};
 use super::feed::{FeedMode, Turning};
-use super::motion::{Corner, MoveKind};
+use super::motion::{Bound, Corner, Motion, MoveKind};
 use super::words::whole;
 
 /// How far above the bottom so far a peck comes back: a hundredth of an inch.
@@ -43,6 +43,34 @@ pub(super) struct Held {
     shift_mm: [f64; 3],
     /// The unit of the words that are held.
     mm_per_unit: f64,
+    /// M29: taps follow the spindle's turns.
+    pub is_rigid: bool,
+    /// The motion code before the cycle.
+    set_aside: Option<MotionMode>,
+}
+
+impl Held {
+    /// What stays when another cycle begins.
+    pub fn anew(&self, mm_per_unit: f64) -> Held {
+        let Held { initial_mm, is_rigid, set_aside, .. } = *self;
+        Held { initial_mm, is_rigid, set_aside, mm_per_unit, ..Held::default() }
+    }
+
+    /// Takes the motion code that a cycle follows on.
+    pub fn set_aside(&mut self, motion: MotionMode) {
+        if !is_hole(motion) {
+            self.set_aside = Some(motion);
+        }
+    }
+
+    /// The motion code that holds once cycles have ended.
+    pub fn motion_without(&self, motion: MotionMode) -> MotionMode {
+        if is_hole(motion) { self.set_aside.unwrap_or(MotionMode::None) } else { motion }
+    }
+}
+
+fn is_hole(motion: MotionMode) -> bool {
+    matches!(motion, MotionMode::Cycle(_) | MotionMode::Single(Single::Hole(_)))
 }
 
 /// A hole, in program coordinates.
@@ -172,7 +200,13 @@ impl Executor<'_> {
             return;
         }
         self.has_feed(block, faults);
+        let is_rigid = self.cycle.is_rigid && matches!(cycle, Cycle::Tap | Cycle::TapLeft);
+        if is_rigid && !self.knows_tap_speed(block, faults) {
+            return;
+        }
         let wrong = match (cycle, self.turning) {
+            // A rigid tap starts the spindle.
+            (_, Turning::Stopped) if is_rigid => return,
             (Cycle::Tap, Turning::CounterClockwise | Turning::Stopped) => "M3",
             (Cycle::TapLeft, Turning::Clockwise | Turning::Stopped) => "M4",
             (
@@ -184,6 +218,17 @@ impl Executor<'_> {
         let message = format!("G{name} needs the spindle turning by {wrong}");
         let fault = Fault::block(&rules::SPINDLE_STOPPED, block, message);
         faults.push(fault.help(format!("write {wrong} and S before it")));
+    }
+
+    /// Whether a rigid tap knows the spindle's speed; reports that it does not.
+    pub(super) fn knows_tap_speed(&self, block: &Block, faults: &mut Vec<Fault>) -> bool {
+        let is_known = self.turns_min().is_some();
+        if !is_known {
+            let message = "a rigid tap needs the spindle at one speed that is known";
+            let fault = Fault::block(&rules::NO_SPINDLE_SPEED, block, message);
+            faults.push(fault.help("write S in turns a minute beside M29"));
+        }
+        is_known
     }
 
     /// Takes the words of a cycle, those that it lacks from the block before; how often it runs.
@@ -201,8 +246,7 @@ impl Executor<'_> {
         let other_unit = goes_on && self.cycle.mm_per_unit != mm;
         let goes_on = goes_on && !other_unit;
         if !goes_on {
-            let initial_mm = self.cycle.initial_mm;
-            self.cycle = Held { initial_mm, mm_per_unit: mm, ..Held::default() };
+            self.cycle = self.cycle.anew(mm);
         }
         let across = self.plane.normal();
         let diameter = if self.diameters && across == Axis::X { 0.5 } else { 1.0 };
@@ -303,27 +347,17 @@ impl Drilling<'_, '_, '_> {
             self.back_bore(hole, at, turning);
             return;
         }
+        if let Cycle::Tap | Cycle::TapLeft = cycle {
+            self.tap(cycle, hole, at, turning);
+            return;
+        }
         if let Cycle::DrillDeep | Cycle::DrillChipBreak = cycle {
             self.pecks(cycle, hole, at);
         }
         self.level(at, across, bottom_mm, FEED);
-        if !matches!(cycle, Cycle::Tap | Cycle::TapLeft) {
-            self.dwell();
-        }
+        self.dwell();
         match cycle {
             Cycle::Drill | Cycle::DrillDwell | Cycle::DrillDeep | Cycle::DrillChipBreak => {}
-            Cycle::Tap | Cycle::TapLeft => {
-                let other = match turning {
-                    Turning::Clockwise => Turning::CounterClockwise,
-                    _ => Turning::Clockwise,
-                };
-                self.out.function(5);
-                self.start(other);
-                self.dwell();
-                self.level(at, across, clear_mm, FEED);
-                self.out.function(5);
-                self.start(turning);
-            }
             Cycle::BoreFeedOut => self.level(at, across, hole.r_mm, FEED),
             Cycle::BoreDwell => self.level(at, across, clear_mm, FEED),
             Cycle::BoreStop | Cycle::BoreManual | Cycle::BoreFine => {
@@ -334,9 +368,41 @@ impl Drilling<'_, '_, '_> {
                 self.lead_out(cycle, hole, at);
                 self.start(turning);
             }
-            Cycle::BoreBack => {}
+            Cycle::BoreBack | Cycle::Tap | Cycle::TapLeft => {}
         }
         self.level(at, across, clear_mm, MoveKind::Rapid);
+    }
+
+    /// Down, the spindle round the other way, and up again; rigid, if M29 asks for it.
+    fn tap(&mut self, cycle: Cycle, hole: &Hole, at: &mut Point, turning: Turning) {
+        let by_cycle = match cycle {
+            Cycle::TapLeft => Turning::CounterClockwise,
+            _ => Turning::Clockwise,
+        };
+        let ahead = if turning == Turning::Stopped { by_cycle } else { turning };
+        let back = match ahead {
+            Turning::Clockwise => Turning::CounterClockwise,
+            _ => Turning::Clockwise,
+        };
+        let is_rigid = self.executor.cycle.is_rigid;
+        let first = self.out.motions.len();
+        if turning == Turning::Stopped {
+            self.start(ahead);
+        }
+        self.level(at, hole.across, hole.bottom_mm, MoveKind::Line { feed_mm_min: 0.0 });
+        self.out.function(5);
+        self.start(back);
+        self.dwell();
+        self.level(at, hole.across, hole.clear_mm, MoveKind::Line { feed_mm_min: 0.0 });
+        self.out.function(5);
+        if turning != Turning::Stopped {
+            self.start(turning);
+        }
+        for motion in self.out.motions.iter_mut().skip(first).filter(|_| is_rigid) {
+            if let Motion::Move(step) = motion {
+                step.bound = Bound::Spindle;
+            }
+        }
     }
 
     /// Leads a tool that stands still out of the hole; of G76 beside the wall.

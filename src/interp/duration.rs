@@ -9,14 +9,18 @@ use crate::gcode::{Block, Fault, rules};
 use super::arc::sweep_rad;
 use super::motion::{Move, MoveKind};
 
-/// Longest that one move may take at its feed: a day, in minutes.
-const MOVE_MIN_MAX: f64 = 24.0 * 60.0;
+/// A day, in minutes.
+const DAY_MIN: f64 = 24.0 * 60.0;
+
+/// Longest that one move may take at its feed, in minutes: ten days. A large arc at a feed of 1,
+/// which somebody may mean, takes two.
+const MOVE_MIN_MAX: f64 = 10.0 * DAY_MIN;
 
 /// The axes in the order in which a feed applies to them.
 const AXES: [[Axis; 3]; 3] =
     [Axis::LINEAR, [Axis::U, Axis::V, Axis::W], [Axis::A, Axis::B, Axis::C]];
 
-/// What is wrong with a move that takes longer than a day.
+/// What is wrong with a move that takes longer than ten days.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     let feed_min = step.kind.feed_mm_min()?;
     if is_quick(step, AxisSet::ALL) {
@@ -28,13 +32,13 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     if minutes <= MOVE_MIN_MAX || length == 0.0 {
         return None;
     }
-    let days = minutes / MOVE_MIN_MAX;
+    let days = minutes / DAY_MIN;
     let message = format!("at {feed_min} {unit} a minute this movement takes {days:.1} days");
     let fault = match block.word(b'F') {
         Some(word) => Fault::word(&rules::FEED_TOO_LOW, word, message),
         None => Fault::block(&rules::FEED_TOO_LOW, block, message),
     };
-    let help = format!("at {} {unit} a minute it takes a day", round_up(length / MOVE_MIN_MAX));
+    let help = format!("at {} {unit} a minute it takes ten days", round_up(length / MOVE_MIN_MAX));
     Some(fault.help(help))
 }
 

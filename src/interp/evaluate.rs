@@ -6,7 +6,7 @@
 use crate::gcode::{Binary, Function, Step, rules, short};
 
 use super::execute::Executor;
-use super::parameters::{Parameters, Value, is_empty, plain, refuse};
+use super::parameters::{Parameters, Value, is_empty, is_numbered, plain, refuse};
 
 /// What differs by no more is equal (EQ, NE).
 const EQUAL_WITHIN: f64 = 1e-6;
@@ -31,6 +31,7 @@ impl Parameters {
                 Step::Function(function) => self.function(*function, plain(top))?,
                 Step::Negate => -plain(top),
                 Step::Indirect => self.numbered(Self::number_of(top)?, executor)?,
+                Step::ExistsNumbered => truth(is_numbered(plain(top))),
                 Step::Number(_) | Step::Parameter(_) | Step::Named(_) | Step::Exists(_) => {
                     self.stack.push(top);
                     self.operand(step, executor)?
@@ -50,6 +51,7 @@ impl Parameters {
             Step::Exists(name) => Ok(truth(self.find(name, executor).is_some())),
             // The reader of expressions puts no step where its values are missing.
             Step::Indirect
+            | Step::ExistsNumbered
             | Step::Negate
             | Step::Function(_)
             | Step::Binary(_)

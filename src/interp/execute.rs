@@ -382,10 +382,19 @@ impl<'a> Executor<'a> {
 
     pub(super) fn set_motion(&mut self, op: Op, asked: &mut Asked) {
         asked.is_motion_named = true;
-        self.motion = motion_of(op).unwrap_or(self.motion);
-        if !matches!(op, Op::Cycle(_) | Op::Single(Single::Hole(_))) {
+        if matches!(op, Op::Cycle(_) | Op::Single(Single::Hole(_))) {
+            self.cycle.set_aside(self.motion);
+        } else {
             self.cycle.initial_mm = None;
+            self.cycle.is_rigid &= op != Op::MotionOff;
         }
+        self.motion = match motion_of(op) {
+            // Cycles are a group of their own on these controls: G80 ends one, and no motion code.
+            _ if op == Op::MotionOff && self.dialect.is_fanuc() => {
+                self.cycle.motion_without(self.motion)
+            }
+            mode => mode.unwrap_or(self.motion),
+        };
     }
 
     /// Modes that are no more than a value.

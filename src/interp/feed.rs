@@ -23,6 +23,12 @@ const TURNS_MOST: f64 = 1e6;
 /// Greatest number of an N or O word.
 pub(super) const LABEL_MAX: u32 = 999_999_999;
 
+/// Reports an N word that numbers no line. As RS274/NGC has it, N10.5 is a line 10.
+#[inline]
+pub(super) fn judge_line_number(word: &Word, faults: &mut Vec<Fault>) {
+    whole(&Word { value: word.value.floor(), ..*word }, LABEL_MAX, faults);
+}
+
 /// What F means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FeedMode {
@@ -99,10 +105,11 @@ impl Executor<'_> {
             let message = format!("{word}: the machine has one spindle, $0");
             out.faults.push(Fault::word(&rules::BAD_VALUE, word, message));
         }
-        for letter in [b'N', b'O'] {
-            if let Some(word) = block.word(letter).filter(|_| !asked.is_faulty) {
-                whole(word, LABEL_MAX, out.faults);
-            }
+        if let Some(word) = block.word(b'N').filter(|_| !asked.is_faulty) {
+            judge_line_number(word, out.faults);
+        }
+        if let Some(word) = block.word(b'O').filter(|_| !asked.is_faulty) {
+            whole(word, LABEL_MAX, out.faults);
         }
     }
 

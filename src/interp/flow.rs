@@ -91,6 +91,7 @@ impl Run<'_> {
             | Control::CallNumber(..)
             | Control::Goto { .. }
             | Control::Then(_) => self.jump(statement, block, place),
+            Control::Title => Ok(()),
             _ => {
                 let fault =
                     unmatched(statement, "nothing before this has begun what it belongs to");
@@ -116,7 +117,7 @@ impl Run<'_> {
             Control::If(_) => self.branch(body, at),
             // Whoever comes to another arm has run the one before.
             Control::ElseIf(_) | Control::Else => self.go_to(links.end),
-            Control::EndIf | Control::Do => {}
+            Control::EndIf | Control::Do | Control::Title => {}
             Control::While(condition) if links.end == at => {
                 if self.holds(block, *condition) {
                     self.pass(body, links, place);

@@ -31,6 +31,10 @@ impl Executor<'_> {
             Function::DigitalOutput(code) => switch_output(code, block, out),
             Function::AnalogOutput(code) => set_output(code, block, out),
             Function::SpindleOrient => self.orient(block, out),
+            Function::RigidTap => {
+                self.cycle.is_rigid = true;
+                self.follows_spindle("M29", block, out.faults);
+            }
             Function::User => user_function(block, out),
         }
     }

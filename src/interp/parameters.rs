@@ -301,6 +301,11 @@ impl Parameters {
     }
 }
 
+/// Whether there is a parameter of a number.
+pub(super) fn is_numbered(number: f64) -> bool {
+    number.fract() == 0.0 && (1.0..=f64::from(NUMBER_MAX)).contains(&number)
+}
+
 fn range(number: u32) -> Result<(), NoValue> {
     if number > NUMBER_MAX {
         let message = format!("there is no parameter #{number}: the last is #{NUMBER_MAX}");

@@ -8,11 +8,10 @@ use crate::base::{Axis, AxisSet, Point};
 use crate::gcode::codes::{ARC_LETTERS, AXIS_LETTERS};
 use crate::gcode::{Block, Word, letter_bit};
 
-use super::arc::{ArcTask, center_letter};
+use super::arc::{ArcTask, center_letter, tolerance_mm};
 use super::execute::{Asked, Executor, MotionMode, Output};
-use super::feed::{Feed, FeedMode, LABEL_MAX};
+use super::feed::{Feed, FeedMode, LABEL_MAX, judge_line_number};
 use super::motion::{Bound, Motion, Move, MoveKind};
-use super::words::whole;
 
 /// What may stand in such a block, of whatever motion.
 const MOVE_LETTERS: u32 = AXIS_LETTERS | letter_bit(b'G') | letter_bit(b'N') | letter_bit(b'F');
@@ -140,7 +139,7 @@ impl Executor<'_> {
             end_origin_mm: if self.absolute { zero_mm } else { start_mm },
             center_origin_mm: if self.centers_absolute { zero_mm } else { start_mm },
             centers_absolute: self.centers_absolute,
-            tolerance_mm: self.machine.arc_radius_tolerance_mm,
+            tolerance_mm: tolerance_mm(self.machine, self.mm_per_unit),
             steps_per_mm: self.machine.axis(axes[0]).map_or(0.0, |profile| profile.steps_per_mm),
         }
     }
@@ -200,7 +199,7 @@ impl Executor<'_> {
             self.set_feed(word, out.faults);
         }
         if let Some(word) = block.word(b'N') {
-            whole(word, LABEL_MAX, out.faults);
+            judge_line_number(word, out.faults);
         }
         if asked.is_motion_named {
             (self.motion, self.cycle.initial_mm) = (mode, None);

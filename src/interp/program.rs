@@ -12,7 +12,9 @@ use std::rc::Rc;
 
 use crate::base::Source;
 use crate::gcode::codes::{self, Op};
-use crate::gcode::{Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Word, parse, rules};
+use crate::gcode::{
+    Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Statement, Word, parse, rules,
+};
 
 use super::body::{Body, Linker};
 use super::execute::is_error;
@@ -77,6 +79,21 @@ pub(super) fn program_number(block: &Block) -> Option<(u32, &Word)> {
     let word = block.word(b'O')?;
     let is_number = word.value.fract() == 0.0 && word.value >= 0.0;
     is_number.then_some((word.value as u32, word))
+}
+
+/// The fault of `O<name>` alone where it is no title of the main program: a call is meant, as a rule.
+pub(super) fn misplaced_title(block: &Block) -> Option<Fault> {
+    let title = block.statement().filter(|statement| statement.control == Control::Title)?;
+    let message = format!("{} alone is a title: no program begins here", title.label);
+    let fault = Fault::new(&rules::EXPRESSION, title.start, title.end, message);
+    Some(fault.help(format!("to call it write {} call", title.label)))
+}
+
+/// Whether a block does more than set parameters and lead elsewhere. Before the first that does, a
+/// title is that of the main program: subprograms may stand above it.
+pub(super) fn acts(block: &Block) -> bool {
+    let is_title = |statement: &Statement| statement.control == Control::Title;
+    !block.words().is_empty() || block.call.is_some() || block.statement().is_some_and(is_title)
 }
 
 /// How text is read.
@@ -347,6 +364,8 @@ pub(super) struct Reading {
     pub block: Block,
     /// Whether a statement could not be read: what belongs to it cannot be told.
     is_broken: bool,
+    /// Whether the next title begins another program.
+    has_acted: bool,
     tape: Tape,
     faults: Vec<Fault>,
     text: TextOptions,
@@ -360,6 +379,7 @@ impl Reading {
             is_faulty: false,
             block: Block::default(),
             is_broken: false,
+            has_acted: false,
             tape: Tape::default(),
             faults: Vec::new(),
             text,
@@ -376,7 +396,7 @@ impl Reading {
         while let Some(line) = lines.next_line()? {
             parse_line(&line, &mut self.block, &mut self.faults, self.text);
             let ends_tape = self.tape.ends_at(&self.block);
-            let begins_other = self.block.has(b'O') && self.body.len() > 0;
+            let begins_other = self.has_acted && program_number(&self.block).is_some();
             if ends_tape || begins_other {
                 self.faults.clear();
                 return Ok(None);
@@ -398,12 +418,19 @@ impl Reading {
     /// Adds a block that has been read already.
     pub fn begin(&mut self, line: u32, text: &[u8], block: &Block, findings: &mut Findings) {
         self.block.clone_from(block);
+        self.has_acted = true;
         self.add(line, text);
         self.report(line, text, findings, 0);
     }
 
     fn add(&mut self, line: u32, text: &[u8]) {
         self.body.push(line, text, &self.block);
+        let misplaced = misplaced_title(&self.block);
+        if let Some(fault) = misplaced.filter(|_| self.has_acted || self.body.label.is_some()) {
+            self.is_faulty = true;
+            self.faults.push(fault);
+        }
+        self.has_acted |= acts(&self.block);
         self.is_broken |= self.block.is_broken_statement();
         let statement = self.block.statement().filter(|_| !self.is_broken);
         let linked = statement.map_or(Ok(()), |found| self.linker.add(&mut self.body, found));

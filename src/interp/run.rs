@@ -17,7 +17,9 @@ use super::findings::Place;
 use super::flow::Flow;
 use super::hashed::HashedReader;
 use super::motion::Motion;
-use super::program::{Library, Tape, TextOptions, parse_line, program_number};
+use super::program::{
+    Library, Tape, TextOptions, acts, misplaced_title, parse_line, program_number,
+};
 use super::turns::Awaited;
 use super::{Dialect, MAX_PASSES, Options};
 
@@ -91,6 +93,8 @@ pub(super) struct Run<'a> {
     work: u64,
     work_max: u64,
     pub(super) main_label: Option<Label>,
+    /// Whether the next title begins another program.
+    has_acted: bool,
     pub(super) frames: Vec<Frame>,
     /// Where each call that is being run was made.
     pub(super) calls: Rc<Vec<CallSite>>,
@@ -131,6 +135,7 @@ impl<'a> Run<'a> {
             work: 0,
             work_max: max_passes.saturating_mul(WORK_OF_PASS).max(WORK_MAX),
             main_label: None,
+            has_acted: false,
             frames: Vec::new(),
             calls: Rc::default(),
             calls_made: 0,
@@ -183,6 +188,7 @@ impl<'a> Run<'a> {
         // Most lines: nothing but words, and none that could begin a program.
         if self.block.is_words_only() && !self.block.has(b'O') && engine.faults.is_empty() {
             self.tape.begin();
+            self.has_acted = true;
             flow = engine.execute(&self.block, &place, motions);
         } else if engine.faults.iter().any(|fault| fault.rule == &rules::NOT_TEXT) {
             self.end = End::NotText;
@@ -190,9 +196,10 @@ impl<'a> Run<'a> {
             self.end = End::Text;
         } else if !self.block.is_empty() && !self.block.percent {
             if let Some((number, _)) = program_number(&self.block) {
-                if engine.blocks > 0 {
+                let label = Label::Number(number);
+                if self.has_acted {
                     // What is wrong with a body that was called has been reported with it.
-                    if self.library.has_read(&Label::Number(number)) {
+                    if self.library.has_read(&label) {
                         engine.faults.clear();
                     } else {
                         engine.executor.check_codes(&self.block, &mut engine.faults);
@@ -201,8 +208,10 @@ impl<'a> Run<'a> {
                     self.end = End::NextProgram;
                     return self.missing_end(true);
                 }
-                self.main_label = Some(Label::Number(number));
+                self.main_label = Some(label);
             }
+            engine.faults.extend(misplaced_title(&self.block).filter(|_| self.has_acted));
+            self.has_acted |= acts(&self.block);
             flow = match self.block.statement() {
                 _ if self.block.is_broken_statement() => Flow::Unreadable,
                 Some(_) if engine.faults.iter().any(is_error) => Flow::Unreadable,
@@ -241,6 +250,7 @@ impl<'a> Run<'a> {
         if self.work <= self.work_max {
             self.engine.judge_delete(block);
             if block.statement().is_none() {
+                self.has_acted = true;
                 let first = motions.len();
                 flow = self.engine.execute(block, &place, motions);
                 self.engine.report(&place, true);

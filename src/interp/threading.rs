@@ -50,6 +50,29 @@ impl Executor<'_> {
         cycle == Cycle::BoreFine && (self.dialect == Dialect::LinuxCnc || block.has(b'K'))
     }
 
+    /// Whether axes can follow the spindle's turns. The first code that needs it is reported.
+    pub(super) fn follows_spindle(
+        &mut self,
+        name: &str,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> bool {
+        let follows = self.machine.spindle.is_some_and(|spindle| spindle.encoder);
+        if !follows && !self.signals.sync_missed {
+            self.signals.sync_missed = true;
+            let message = format!(
+                "{name}: the axes of the machine {} cannot follow the turns of its spindle",
+                self.machine.id
+            );
+            let fault = Fault::block(&rules::SPINDLE_SYNC, block, message);
+            faults.push(fault.help(
+                "cut the thread by a tool of its own (mill it, or G84 with M3 before and a floating \
+                 holder); a machine that can has encoder = true in its profile's [spindle]",
+            ));
+        }
+        follows
+    }
+
     /// Turns of the spindle a minute that moves can follow; reports why there are none.
     pub(super) fn sync_rpm(
         &mut self,
@@ -57,19 +80,7 @@ impl Executor<'_> {
         block: &Block,
         faults: &mut Vec<Fault>,
     ) -> Option<f64> {
-        if !self.machine.spindle.is_some_and(|spindle| spindle.encoder) {
-            if !self.signals.sync_missed {
-                self.signals.sync_missed = true;
-                let message = format!(
-                    "{name}: the axes of the machine {} cannot follow the turns of its spindle",
-                    self.machine.id
-                );
-                let fault = Fault::block(&rules::SPINDLE_SYNC, block, message);
-                faults.push(fault.help(
-                    "cut the thread by a tool of its own (mill it, or G84 with a floating holder); \
-                     a machine that can has encoder = true in its profile's [spindle]",
-                ));
-            }
+        if !self.follows_spindle(name, block, faults) {
             return None;
         }
         if self.turning == Turning::Stopped {

@@ -4,6 +4,12 @@ use std::fmt;
 
 use crate::base::Axis;
 
+use super::Ramp;
+use super::piece::Piece;
+
+/// Accelerations that differ by less than this share are the same.
+const ACCELS_EQUAL: f64 = 1e-3;
+
 /// What sets the speed of a piece of the path, or of a junction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Bound {
@@ -25,8 +31,37 @@ pub enum Bound {
     Stop,
     /// The acceleration along the path: from the speed before, or to the speed after.
     Acceleration,
+    /// How fast that acceleration may change: it is never at its greatest.
+    Jerk,
     /// The end of a node buffer.
     Seam,
+}
+
+impl Bound {
+    /// What sets the greatest speed of a piece that is run by a ramp between these speeds, perhaps
+    /// from or to a stop that only a seam asks for.
+    pub(super) fn of(piece: &Piece, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) -> Bound {
+        match piece.bound(ends_mm_s, ramp) {
+            Bound::Acceleration if at_seam => Bound::Seam,
+            Bound::Acceleration => Bound::of_ramp(piece, ramp),
+            bound => bound,
+        }
+    }
+
+    /// What sets how steep a ramp is: acceleration where it is at its greatest somewhere.
+    pub(super) fn of_ramp(piece: &Piece, ramp: &Ramp) -> Bound {
+        if !piece.jerk.is_limited() {
+            return Bound::Acceleration;
+        }
+        let is_all =
+            |accel_mm_s2: f64, most_mm_s2: f64| accel_mm_s2 >= most_mm_s2 * (1.0 - ACCELS_EQUAL);
+        let reaches = ramp.stretches(0.0).any(|stretch| {
+            let (from, end) = (stretch.from, stretch.end());
+            is_all(from.accel_mm_s2, piece.speeding_up_mm_s2(from.speed_sq()))
+                || is_all(-end.accel_mm_s2, piece.braking_mm_s2(end.speed_sq()))
+        });
+        if reaches { Bound::Acceleration } else { Bound::Jerk }
+    }
 }
 
 impl fmt::Display for Bound {
@@ -41,6 +76,7 @@ impl fmt::Display for Bound {
             Bound::Tick => write!(f, "chord of a tick in corners"),
             Bound::Stop => write!(f, "stop"),
             Bound::Acceleration => write!(f, "acceleration"),
+            Bound::Jerk => write!(f, "jerk"),
             Bound::Seam => write!(f, "seam"),
         }
     }

@@ -79,6 +79,8 @@ struct Block {
     /// What bounds the speed at the end of its last piece.
     cap_bound: Bound,
     cap_sq: f64,
+    /// Acceleration or jerk: what bounds the ramp of its last piece.
+    ramp_bound: Bound,
 }
 
 /// The pieces behind a block's end.
@@ -120,7 +122,7 @@ impl<I> Explainer<'_, I> {
             Decided::Seam(SeamKind::Rapid | SeamKind::Cut) => self.rest(Bound::Seam),
             Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam } => {
                 if piece.shares[0] == 0.0 {
-                    self.turn(&junction, &piece);
+                    self.turn(&junction, &piece, Bound::of_ramp(&piece, &ramp));
                 }
                 self.run(piece, junction, (ends_mm_s, ramp), at_seam);
             }
@@ -137,8 +139,8 @@ impl<I> Explainer<'_, I> {
         }
     }
 
-    /// The block under way ends where the next begins.
-    fn turn(&mut self, junction: &Junction, next: &Piece) {
+    /// The block under way ends where the next begins, whose ramp is bound by this.
+    fn turn(&mut self, junction: &Junction, next: &Piece, ramp_bound: Bound) {
         self.settle();
         let Some(block) = self.current.take() else { return };
         let mut speed = block.speed;
@@ -153,7 +155,8 @@ impl<I> Explainer<'_, I> {
         } else if is_at(next.ends_sq_max[0]) {
             next.bounds[0]
         } else {
-            Bound::Acceleration
+            // Acceleration, where either ramp reaches its greatest.
+            ramp_bound.min(block.ramp_bound)
         };
         self.waiting = Some((speed, Behind { pieces: Vec::new(), enough: PIECES_MIN }));
     }
@@ -166,10 +169,7 @@ impl<I> Explainer<'_, I> {
         at_seam: bool,
     ) {
         let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
-        let top_bound = match piece.bound(ends_mm_s, &ramp) {
-            Bound::Acceleration if at_seam => Bound::Seam,
-            bound => bound,
-        };
+        let top_bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
         let block = self.current.get_or_insert_with(|| Block {
             speed: BlockSpeed {
                 line: piece.segment.line,
@@ -184,9 +184,11 @@ impl<I> Explainer<'_, I> {
             reach_sq: ends_mm_s[0] * ends_mm_s[0],
             cap_bound: top_bound,
             cap_sq: 0.0,
+            ramp_bound: Bound::Jerk,
         });
         block.reach_sq = piece.exit_sq_max(block.reach_sq.min(junction.speed_sq_max));
         (block.cap_sq, block.cap_bound) = (piece.ends_sq_max[1], piece.bounds[1]);
+        block.ramp_bound = Bound::of_ramp(&piece, &ramp);
         block.speed.length_mm += piece.length_mm;
         block.speed.end_mm_s = ends_mm_s[1];
         if top_mm_s > block.speed.top_mm_s {

@@ -3,14 +3,14 @@
 //! Every piece of the path gets its speed over time, on one continuous time axis; a tick does not
 //! begin anew at each block. The passes, each in its file:
 //!
-//! 1. [`blend`]: corners under G64 rounded within their tolerance;
-//! 2. [`piece`]: segments cut so short that one acceleration does for a piece, and how fast axes,
+//! 1. `blend`: corners under G64 rounded within their tolerance;
+//! 2. `piece`: segments cut so short that one acceleration does for a piece, and how fast axes,
 //!    bus and tick let it go;
-//! 3. [`junction`]: how fast the path may be where segments meet;
-//! 4. [`lookahead`]: the greatest speeds within all that, over the whole program;
-//! 5. [`jerk`]: where axes have a limit on jerk, accelerations that change evenly;
-//! 6. [`seams`]: where node buffers end, at rest; decided before, in a run of its own;
-//! 7. [`schedule`]: pieces with speeds put on the time axis, buffers and ticks.
+//! 3. `junction`: how fast the path may be where segments meet;
+//! 4. `lookahead`: the greatest speeds within all that, over the whole program;
+//! 5. `jerk`: where axes have a limit on jerk, accelerations that change evenly;
+//! 6. `seams`: where node buffers end, at rest; decided before, in a run of its own;
+//! 7. `schedule`: pieces with speeds put on the time axis, buffers and ticks.
 //!
 //! [`explain`] tells why each block is as fast as it is, [`survey`] what each seam costs.
 //!
@@ -33,6 +33,7 @@ mod ramp;
 mod schedule;
 mod seams;
 mod source;
+mod stop;
 mod survey;
 
 pub use bound::Bound;

@@ -17,11 +17,12 @@ use std::collections::VecDeque;
 use crate::base::{Axis, AxisSet, Machine};
 use crate::path::{Curve, Segment};
 
-use super::Feed;
 use super::lookahead::Decided;
 use super::piece::Piece;
 use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
+use super::stop::{Climber, Way};
+use super::{Feed, Ramp};
 
 /// Places that lie closer behind another that is as good are left out, but for those where motion
 /// rests: at 4 ticks a buffer has still 374 to choose from.
@@ -29,6 +30,9 @@ const APART_TICKS: f64 = 4.0;
 
 /// Blocks that take less than this share of a buffer have no place inside.
 const LONG_SHARE: f64 = 0.4;
+
+/// So much more than reckoned the ramps of a stop may take on each side, where the plan is unsteady.
+const UNSURE_TICKS: f64 = 1.0;
 
 /// A place where a buffer may end.
 #[derive(Clone, Debug)]
@@ -51,14 +55,16 @@ pub struct Place {
     pub before_ticks: f64,
     /// Ticks that a stop there adds after it.
     pub after_ticks: f64,
+    /// Ticks by which either may be more.
+    pub unsure_ticks: f64,
     /// Axes that move between the place before and it.
     pub moving: AxisSet,
     /// Stretches between events up to it: each begins on a tick's boundary.
     pub stretch: u64,
     /// Stops up to it that may wait for a tick's boundary.
     pub waits: u64,
-    /// Square of the speed that is reached from rest there, until it is that of the plan.
-    pub catching_up_sq: Option<f64>,
+    /// Speeding up again from a stop there, until what it takes is known.
+    pub catching_up: Option<Climber>,
 }
 
 impl Place {
@@ -74,10 +80,11 @@ impl Place {
             at_ticks: 0.0,
             before_ticks: 0.0,
             after_ticks: 0.0,
+            unsure_ticks: 0.0,
             moving: AxisSet::EMPTY,
             stretch: 0,
             waits: 0,
-            catching_up_sq: None,
+            catching_up: None,
         }
     }
 
@@ -86,7 +93,8 @@ impl Place {
     pub fn ticks_to(&self, end: &Place) -> f64 {
         let shifted = if end.stretch > self.stretch { 1.0 } else { 0.0 };
         let waits = (end.waits - self.waits) as f64;
-        end.at_ticks - self.at_ticks + self.after_ticks + end.before_ticks + shifted + waits
+        let ramps = self.after_ticks + end.before_ticks + self.unsure_ticks + end.unsure_ticks;
+        end.at_ticks - self.at_ticks + ramps + shifted + waits
     }
 }
 
@@ -98,8 +106,6 @@ pub struct Places {
     ticks_max: f64,
     corner_mm: f64,
     accel_max_mm_s2: f64,
-    /// Ticks that jerk adds to a ramp, at most.
-    jerk_ticks: f64,
     /// Pieces that braking for a place may reach back to.
     behind: VecDeque<Run>,
     /// Places in order, waiting for what speeding up again takes.
@@ -117,12 +123,11 @@ pub struct Places {
     finished: bool,
 }
 
-/// A piece with its speeds in the plan.
+/// A piece, and how the plan runs it.
 #[derive(Debug)]
 struct Run {
     piece: Piece,
-    ends_sq: [f64; 2],
-    ticks: f64,
+    ramp: Ramp,
 }
 
 /// A segment whose end may be a place, once it is known what follows.
@@ -141,7 +146,6 @@ impl Places {
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
             accel_max_mm_s2: accel_max_mm_s2(machine),
-            jerk_ticks: jerk_s(machine) / machine.bus.tick_s(),
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
@@ -178,7 +182,7 @@ impl Places {
                 if piece.shares[0] == 0.0 {
                     self.end_block(piece.segment.feed_mm_s.is_none());
                 }
-                self.run(piece, ends_mm_s, ramp.duration_s() / self.tick_s);
+                self.run(piece, ends_mm_s[1] == 0.0, ramp);
             }
         }
     }
@@ -194,7 +198,7 @@ impl Places {
         match self.places.front() {
             // The last one may turn out to be one where a person waits.
             Some(place)
-                if place.catching_up_sq.is_none()
+                if place.catching_up.is_none()
                     && (self.finished || self.places.len() > 1 || !self.moving.is_empty()) =>
             {
                 self.places.pop_front()
@@ -203,23 +207,15 @@ impl Places {
         }
     }
 
-    /// What stops add is found with constant accelerations, and so compared; what jerk adds to that has
-    /// a bound of its own.
-    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], planned_ticks: f64) {
-        let ends_sq = ends_mm_s.map(|speed| speed * speed);
-        let ticks = match self.jerk_ticks > 0.0 {
-            true => piece.ramp(ends_mm_s).duration_s() / self.tick_s,
-            false => planned_ticks,
-        };
-        self.catch_up(&piece, ends_sq, ticks);
+    fn run(&mut self, piece: Piece, rests: bool, ramp: Ramp) {
+        self.catch_up(&piece, rests, &ramp);
         self.line = piece.segment.line;
-        self.at_ticks += planned_ticks;
+        self.at_ticks += ramp.duration_s() / self.tick_s;
         self.moving = self.moving.union(moving(&piece.segment));
-        let (is_end, rests) = (piece.shares[1] == 1.0, ends_sq[1] == 0.0);
-        let is_rapid = piece.segment.feed_mm_s.is_none();
-        let (share, takes_long) = (piece.shares[1], self.takes_long(&piece));
-        self.behind.push_back(Run { piece, ends_sq, ticks });
-        if is_end {
+        let (share, is_rapid) = (piece.shares[1], piece.segment.feed_mm_s.is_none());
+        let takes_long = self.takes_long(&piece);
+        self.behind.push_back(Run { piece, ramp });
+        if share == 1.0 {
             self.ended = Some(EndedBlock { is_rapid, rests });
         } else if is_rapid || takes_long {
             let kind = if is_rapid { SeamKind::Rapid } else { SeamKind::Cut };
@@ -259,8 +255,7 @@ impl Places {
         if !rests && self.at_ticks < last_at_ticks + APART_TICKS {
             return;
         }
-        let jerk_ticks = if stops { 0.0 } else { self.jerk_ticks };
-        let before_ticks = if stops { 0.0 } else { self.braking_ticks() + jerk_ticks };
+        let before_ticks = if stops { 0.0 } else { self.braking_ticks() };
         if stops {
             self.behind.clear();
         }
@@ -274,11 +269,12 @@ impl Places {
             is_forced: false,
             at_ticks: self.at_ticks,
             before_ticks,
-            after_ticks: jerk_ticks,
+            after_ticks: 0.0,
+            unsure_ticks: if stops { 0.0 } else { UNSURE_TICKS },
             moving: std::mem::replace(&mut self.moving, AxisSet::EMPTY),
             stretch: self.stretch,
             waits: self.waits,
-            catching_up_sq: (!stops).then_some(0.0),
+            catching_up: (!stops).then_some(Climber::new(Way::Forwards)),
         });
     }
 
@@ -298,44 +294,29 @@ impl Places {
     /// What braking from the plan's speed to rest here takes beyond the plan. What is too far
     /// back for any later place is forgotten.
     fn braking_ticks(&mut self) -> f64 {
-        let (mut exit_sq, mut extra_ticks) = (0.0_f64, 0.0);
-        let mut reached = 0;
-        for (i, run) in self.behind.iter().enumerate().rev() {
-            let entry_sq = run.piece.entry_sq_max(exit_sq).min(run.ends_sq[0]);
-            let ends_mm_s = [entry_sq.sqrt(), exit_sq.sqrt()];
-            extra_ticks += run.piece.ramp(ends_mm_s).duration_s() / self.tick_s - run.ticks;
-            exit_sq = entry_sq;
-            if entry_sq >= run.ends_sq[0] {
-                reached = i;
-                break;
-            }
+        let mut braking = Climber::new(Way::Backwards);
+        let mut reached = self.behind.len();
+        while reached > 0 && !braking.is_done() {
+            reached -= 1;
+            let run = &self.behind[reached];
+            braking.pass(&run.piece, &run.ramp);
         }
         self.behind.drain(..reached);
-        extra_ticks
+        braking.more_s() / self.tick_s
     }
 
     /// Places behind this piece speed up from rest along it, as far as they have not caught up
     /// with the plan.
-    fn catch_up(&mut self, piece: &Piece, ends_sq: [f64; 2], ticks: f64) {
-        for place in self.places.iter_mut().rev() {
-            let Some(entry_sq) = place.catching_up_sq else { break };
-            let exit_sq = piece.exit_sq_max(entry_sq).min(ends_sq[1]);
-            let ends_mm_s = [entry_sq.sqrt(), exit_sq.sqrt()];
-            place.after_ticks += piece.ramp(ends_mm_s).duration_s() / self.tick_s - ticks;
-            place.catching_up_sq = (exit_sq < ends_sq[1]).then_some(exit_sq);
+    fn catch_up(&mut self, piece: &Piece, rests: bool, ramp: &Ramp) {
+        for place in &mut self.places {
+            let Some(up) = &mut place.catching_up else { continue };
+            up.pass(piece, ramp);
+            if up.is_done() || rests {
+                place.after_ticks += up.more_s() / self.tick_s;
+                place.catching_up = None;
+            }
         }
     }
-}
-
-/// What jerk adds to the time of a ramp, at most. A change of acceleration by ΔA takes ΔA/J, half of
-/// which is lost against a step; on the way to a stop and from it there are two such changes, of
-/// twice the greatest acceleration where the plan was about to speed up.
-fn jerk_s(machine: &Machine) -> f64 {
-    let rises = machine
-        .axes
-        .iter()
-        .filter_map(|axis| axis.jerk_max_mm_s3.map(|jerk_mm_s3| axis.accel_max_mm_s2 / jerk_mm_s3));
-    2.0 * rises.fold(0.0, f64::max)
 }
 
 /// The axes that move along a segment.

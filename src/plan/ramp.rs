@@ -131,6 +131,16 @@ impl Ramp {
         self.duration_s
     }
 
+    /// Speed at its start.
+    pub fn entry_mm_s(&self) -> f64 {
+        self.stretches(0.0).next().map_or(0.0, |stretch| stretch.from.speed_mm_s)
+    }
+
+    /// Speed at its end.
+    pub fn exit_mm_s(&self) -> f64 {
+        self.stretches(0.0).next_back().map_or(0.0, |stretch| stretch.end().speed_mm_s)
+    }
+
     /// The greatest speed on it.
     pub fn peak_mm_s(&self) -> f64 {
         self.stretches(0.0).map(|stretch| stretch.peak_mm_s()).fold(0.0, f64::max)

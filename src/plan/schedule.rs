@@ -99,10 +99,8 @@ impl Schedule {
     }
 
     fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Planned {
-        let mut profile = self.profile(piece, ends_mm_s, ramp);
-        if at_seam && profile.bound == Bound::Acceleration {
-            profile.bound = Bound::Seam;
-        }
+        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
+        let mut profile = self.profile(piece, bound, ramp);
         let has_to_wait = if self.has_ramps {
             ends_mm_s[0] == 0.0 && !self.guard.allows_within(self.way_left_mm())
         } else {
@@ -110,15 +108,13 @@ impl Schedule {
         };
         if has_to_wait {
             self.wait_for_boundary();
-            let bound = profile.bound;
-            profile = Profile { bound, ..self.profile(piece, ends_mm_s, profile.ramp) };
+            profile = self.profile(piece, bound, profile.ramp);
         }
         self.advance(&profile);
         Planned::Profile(Box::new(profile))
     }
 
-    fn profile(&self, piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp) -> Profile {
-        let bound = piece.bound(ends_mm_s, &ramp);
+    fn profile(&self, piece: &Piece, bound: Bound, ramp: Ramp) -> Profile {
         let end = self.now.after(ramp.duration_s() / self.tick_s);
         Profile {
             segment: Arc::clone(&piece.segment),

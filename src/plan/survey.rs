@@ -7,11 +7,14 @@
 //! next best without p = min f(i) + w(i, j) + b(j)   over all places i before p and j behind it
 //! ```
 //!
-//! so every other seam may lie elsewhere, too. A section ends where a buffer has to end anyway (a
-//! person acts there), since no choice reaches beyond. Memory is that of a section's places, some
-//! 10 MB an hour; only this report asks for it.
+//! so every other seam may lie elsewhere, too; but for those more than [`AHEAD_BUFFERS`] behind it, which
+//! are held where they are: what a seam does to the ways behind it is gone after a few. f is that of
+//! all of the program before. A section ends where a buffer has to end anyway (a person acts there),
+//! since no choice reaches beyond. Memory is that of the places of twice so many buffers, and of
+//! what is told of each seam.
 
-use crate::base::machine::BufferTime;
+use std::collections::VecDeque;
+
 use crate::base::{AxisSet, Machine};
 use crate::path::PathItem;
 
@@ -19,6 +22,9 @@ use super::cost::{Cost, INSIDE_PENALTY_S};
 use super::decisions::Decisions;
 use super::places::{Place, Places};
 use super::{Feed, SeamKind, Seams};
+
+/// Buffers behind a seam that another choice may change.
+const AHEAD_BUFFERS: usize = 64;
 
 /// What a seam costs, as it was placed by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,10 +106,16 @@ pub fn survey<E>(
 pub(super) struct Survey<'s> {
     cost: Cost,
     seams: &'s Seams,
-    /// Seams passed.
+    /// Seams passed, but for those where a buffer has to end.
     next_seam: usize,
-    /// Places of the section under way.
+    /// Places of the section under way that still matter, each with the least cost of the way to it.
     places: Vec<Place>,
+    to_s: Vec<f64>,
+    /// Where the buffer under way began, and what the choice costs up to there.
+    start: usize,
+    chosen_s: f64,
+    /// Seams whose next best is not known yet: their number, and where they are among the places.
+    waiting: VecDeque<(usize, usize)>,
     found: SeamReport,
 }
 
@@ -115,6 +127,10 @@ impl<'s> Survey<'s> {
             seams,
             next_seam: 0,
             places: vec![Place::start()],
+            to_s: vec![0.0],
+            start: 0,
+            chosen_s: 0.0,
+            waiting: VecDeque::new(),
             found: SeamReport::default(),
         }
     }
@@ -122,9 +138,17 @@ impl<'s> Survey<'s> {
     /// Takes the next place.
     pub fn push(&mut self, place: Place) {
         let is_forced = place.is_forced;
+        let is_seam = self.seams.at(self.next_seam, place.segment, place.share).is_some();
         self.places.push(place);
+        self.to_s.push(self.least_s_to_last());
         if is_forced {
             self.section();
+        } else if is_seam {
+            self.next_seam += 1;
+            self.seam();
+            if self.waiting.len() > 2 * AHEAD_BUFFERS {
+                self.settle(AHEAD_BUFFERS);
+            }
         }
     }
 
@@ -137,58 +161,109 @@ impl<'s> Survey<'s> {
         self.found
     }
 
+    /// The least cost of the way to the last place.
+    fn least_s_to_last(&self) -> f64 {
+        let last = self.places.len() - 1;
+        let end = &self.places[last];
+        let (mut least_s, mut moving) = (f64::INFINITY, end.moving);
+        for (from, start) in self.places[..last].iter().enumerate().rev() {
+            if !self.cost.reaches(start, end) {
+                break;
+            }
+            if let Some(time) = self.cost.buffer(start, end, moving) {
+                least_s = least_s.min(self.to_s[from] + time.total_s());
+            }
+            moving = moving.union(start.moving);
+        }
+        least_s + self.cost.place_s(end)
+    }
+
     /// The places of a section are complete: its last is the first of the next.
     fn section(&mut self) {
-        let chosen = self.chosen();
-        let pairs = chosen.iter().zip(&chosen[1..]);
-        let buffers: Vec<BufferTime> = pairs.map(|(from, to)| self.buffer(*from, *to)).collect();
-        if let (Some(before), Some(first)) = (self.found.seams.last_mut(), buffers.first()) {
-            before.fill_s = first.fill_s;
-        }
-        let ends = || chosen.iter().skip(1).copied();
-        let total_s = buffers.iter().map(|time| time.total_s()).sum::<f64>()
-            + ends().map(|n| self.cost.place_s(&self.places[n])).sum::<f64>();
-        let ways = Ways::new(&self.places, &self.cost);
+        self.seam();
         let last = self.places.len() - 1;
-        self.found.above_least_s += total_s - ways.to_s[last];
-        for (k, n) in ends().enumerate() {
-            let least_s = if n < last { ways.least_s_without(n) } else { f64::INFINITY };
-            let place = &self.places[n];
-            let is_inside = place.is_inside && place.kind == SeamKind::Cut;
-            let inside_s = if is_inside { INSIDE_PENALTY_S } else { 0.0 };
-            self.found.seams.push(SeamCost {
-                line: place.line,
-                kind: place.kind,
-                is_inside,
-                pads_s: buffers[k].pads_s,
-                fill_s: buffers.get(k + 1).map_or(0.0, |time| time.fill_s),
-                ramps_s: self.cost.ramps_s(place),
-                penalty_s: self.cost.penalty_s(place) - inside_s,
-                next_best: NextBest::new(least_s - total_s),
-            });
-        }
+        self.found.above_least_s += self.chosen_s - self.to_s[last];
+        // The section has to end where it does.
+        self.waiting.pop_back();
+        self.settle(self.waiting.len());
         self.places.drain(..last);
+        self.to_s = vec![0.0];
+        (self.start, self.chosen_s) = (0, 0.0);
     }
 
-    /// The places of the section at which buffers end, its first and last among them.
-    fn chosen(&mut self) -> Vec<usize> {
+    /// A buffer ends at the last place.
+    fn seam(&mut self) {
+        let at = self.places.len() - 1;
+        let moving = self.places[self.start + 1..].iter().map(|place| place.moving);
+        let moving = moving.fold(AxisSet::EMPTY, AxisSet::union);
+        let (start, place) = (&self.places[self.start], &self.places[at]);
+        let time = self.cost.buffer(start, place, moving).unwrap_or_default();
+        self.chosen_s += time.total_s() + self.cost.place_s(place);
+        if let Some(before) = self.found.seams.last_mut() {
+            before.fill_s = time.fill_s;
+        }
+        let is_inside = place.is_inside && place.kind == SeamKind::Cut;
+        let inside_s = if is_inside { INSIDE_PENALTY_S } else { 0.0 };
+        self.found.seams.push(SeamCost {
+            line: place.line,
+            kind: place.kind,
+            is_inside,
+            pads_s: time.pads_s,
+            fill_s: 0.0,
+            ramps_s: self.cost.ramps_s(place),
+            penalty_s: self.cost.penalty_s(place) - inside_s,
+            next_best: None,
+        });
+        self.start = at;
+        self.waiting.push_back((self.found.seams.len() - 1, at));
+    }
+
+    /// The next best of the first of the waiting seams, with the buffer that ended last ending there.
+    fn settle(&mut self, count: usize) {
+        let from_s = self.least_s_from();
+        for (number, at) in self.waiting.drain(..count).collect::<Vec<_>>() {
+            let more_s = self.least_s_without(at, &from_s) - self.chosen_s;
+            self.found.seams[number].next_best = NextBest::new(more_s);
+        }
+        self.forget();
+    }
+
+    /// Drops places from which no buffer passes a waiting seam.
+    fn forget(&mut self) {
+        let Some((_, at)) = self.waiting.front() else { return };
+        let seam = &self.places[*at];
+        let useless = self.places.iter().take_while(|place| !self.cost.reaches(place, seam));
+        let count = useless.count().min(*at);
+        self.places.drain(..count);
+        self.to_s.drain(..count);
+        self.start -= count;
+        self.waiting.iter_mut().for_each(|(_, at)| *at -= count);
+    }
+
+    /// The least costs from all places to the last.
+    fn least_s_from(&self) -> Vec<f64> {
         let last = self.places.len() - 1;
-        let mut chosen = vec![0];
-        for (n, place) in self.places.iter().enumerate().take(last).skip(1) {
-            if self.seams.at(self.next_seam, place.segment, place.share).is_some() {
-                self.next_seam += 1;
-                chosen.push(n);
+        let mut from_s = vec![f64::INFINITY; last + 1];
+        from_s[last] = 0.0;
+        for from in (0..last).rev() {
+            let ways = buffers(&self.places, &self.cost, from).map(|(to, s)| s + from_s[to]);
+            from_s[from] = ways.fold(f64::INFINITY, f64::min);
+        }
+        from_s
+    }
+
+    /// The least cost up to the last place with no seam at another.
+    fn least_s_without(&self, place: usize, from_s: &[f64]) -> f64 {
+        let reaches =
+            |from: &usize| self.cost.reaches(&self.places[*from], &self.places[place + 1]);
+        let mut least_s = f64::INFINITY;
+        for from in (0..place).rev().take_while(reaches) {
+            let over = buffers(&self.places, &self.cost, from).filter(|(to, _)| *to > place);
+            for (to, buffer_s) in over {
+                least_s = least_s.min(self.to_s[from] + buffer_s + from_s[to]);
             }
         }
-        chosen.push(last);
-        chosen
-    }
-
-    /// What a buffer between two places takes beside its ticks.
-    fn buffer(&self, from: usize, to: usize) -> BufferTime {
-        let moving = self.places[from + 1..=to].iter().map(|place| place.moving);
-        let moving = moving.fold(AxisSet::EMPTY, AxisSet::union);
-        self.cost.buffer(&self.places[from], &self.places[to], moving).unwrap_or_default()
+        least_s
     }
 }
 
@@ -200,48 +275,6 @@ impl NextBest {
             more_s: more_s - inside * INSIDE_PENALTY_S,
             more_inside: inside as i64,
         })
-    }
-}
-
-/// The least costs to and from all places of a section.
-struct Ways<'p> {
-    places: &'p [Place],
-    cost: &'p Cost,
-    to_s: Vec<f64>,
-    from_s: Vec<f64>,
-}
-
-impl<'p> Ways<'p> {
-    fn new(places: &'p [Place], cost: &'p Cost) -> Ways<'p> {
-        let infinite = vec![f64::INFINITY; places.len()];
-        let mut ways = Ways { places, cost, to_s: infinite.clone(), from_s: infinite };
-        let last = places.len() - 1;
-        (ways.to_s[0], ways.from_s[last]) = (0.0, 0.0);
-        for from in 0..last {
-            for (to, buffer_s) in buffers(places, cost, from) {
-                ways.to_s[to] = ways.to_s[to].min(ways.to_s[from] + buffer_s);
-            }
-        }
-        for from in (0..last).rev() {
-            for (to, buffer_s) in buffers(places, cost, from) {
-                ways.from_s[from] = ways.from_s[from].min(buffer_s + ways.from_s[to]);
-            }
-        }
-        ways
-    }
-
-    /// The least cost of the section with no seam at a place.
-    fn least_s_without(&self, place: usize) -> f64 {
-        let reaches =
-            |from: &usize| self.cost.reaches(&self.places[*from], &self.places[place + 1]);
-        let mut least_s = f64::INFINITY;
-        for from in (0..place).rev().take_while(reaches) {
-            let over = buffers(self.places, self.cost, from).filter(|(to, _)| *to > place);
-            for (to, buffer_s) in over {
-                least_s = least_s.min(self.to_s[from] + buffer_s + self.from_s[to]);
-            }
-        }
-        least_s
     }
 }
 

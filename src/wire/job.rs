@@ -7,7 +7,7 @@
 //! sent; whether bytes could be taken for commands is proved by [`crate::wire::lint`].
 
 use crate::base::machine::{
-    self, AxisProfile, Bus, COUNT_MAX_SAFE, PADS_MIN, Protocol, TICK_MARGIN_US, Unit,
+    self, AxisProfile, BufferTime, Bus, COUNT_MAX_SAFE, PADS_MIN, Protocol, TICK_MARGIN_US, Unit,
 };
 use crate::base::{Axis, AxisMap, AxisSet, Command, Event, EventKind, Machine, Tick};
 use crate::wire::codec;
@@ -89,6 +89,12 @@ impl Buffer {
             }
         }
         counts
+    }
+
+    /// What it takes beside its ticks.
+    pub fn time(&self, bus: &Bus) -> BufferTime {
+        let filled = self.fills.iter().filter_map(|fill| fill.unit.axis).collect();
+        bus.buffer_time(self.lines.len() as f64, filled)
     }
 
     /// The node that answers every tick.
@@ -183,17 +189,15 @@ impl Job {
     /// How long the job takes with a perfect host, in seconds: fills, ticks, pads and dwells; pauses
     /// for a person not counted.
     pub fn duration_s(&self, bus: &Bus) -> f64 {
-        let buffer_s = |buffer: &Buffer| {
-            let ticks = buffer.lines.len() as f64;
-            let filled = buffer.fills.iter().filter_map(|fill| fill.unit.axis).collect();
-            ticks * bus.tick_s() + bus.buffer_time(ticks, filled).total_s()
-        };
+        let buffer_s =
+            |buffer: &Buffer| buffer.lines.len() as f64 * bus.tick_s() + buffer.time(bus).total_s();
         let dwells_s: f64 = self.events().map(|event| dwell_s(event.kind)).sum();
         self.buffers().map(buffer_s).sum::<f64>() + dwells_s
     }
 }
 
-fn dwell_s(kind: EventKind) -> f64 {
+/// How long an event rests by itself.
+pub(super) fn dwell_s(kind: EventKind) -> f64 {
     if let EventKind::Dwell(seconds) = kind { seconds } else { 0.0 }
 }
 

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// From this lateness on a tick counts as a slide: a tenth of a tick. A host's sleep ends within some
 /// 0.1 ms as a rule.
@@ -31,7 +31,7 @@ pub struct Pacing {
 }
 
 /// The figures of a [`Pacing`], as reports and journals have them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PacingFigures {
     /// The period that every interval keeps at least.
     pub period_us: u64,
@@ -76,7 +76,8 @@ impl Pacing {
         }
     }
 
-    /// A sync byte has left so long after the one before, whose answer took so long.
+    /// A sync byte has left so long after the one before, whose answer did not let it leave earlier
+    /// than so long after.
     pub fn tick(&mut self, interval_us: u64, answer_us: u64) {
         let late_us = interval_us.saturating_sub(self.period_us);
         *self.late.entry(bucket(late_us)).or_default() += 1;

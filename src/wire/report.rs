@@ -153,6 +153,43 @@ impl Position {
     }
 }
 
+/// Why it is not known for certain where an axis stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Doubt {
+    /// A tick that moves it was sent, and not acknowledged.
+    #[error("tick {tick} of buffer {buffer} (line {line}) was sent and not acknowledged")]
+    Tick {
+        /// The buffer.
+        buffer: u32,
+        /// Tick in the buffer, from 0.
+        tick: usize,
+        /// Its line of the NC program.
+        line: u32,
+    },
+    /// Its node did not answer its ID to a ping: it may be off, busy with a tick that others have
+    /// done, or on its way to the limit switch.
+    #[error("its node did not answer to a ping as it should")]
+    Ping,
+    /// A byte came while the nodes executed and nothing was asked.
+    #[error("{got} came from the bus though nothing was asked: nodes may have made a tick more")]
+    Unasked {
+        /// The byte.
+        got: u8,
+    },
+    /// It was sent to its switch, and its node has not answered all of that.
+    #[error("it was sent to its switch, and is not known to be there")]
+    Homing,
+    /// Its node has jogged it by itself.
+    #[error("its node has jogged it by itself, and has not told how far")]
+    RawJog,
+    /// Nobody knew at the start, and the job has not moved it.
+    #[error("nobody knew at the start")]
+    Untold,
+    /// Its node cannot be asked.
+    #[error("other nodes have acknowledged its ticks, its own could not be asked since")]
+    NotAsked,
+}
+
 /// Where an axis stands at the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisEnd {
@@ -166,6 +203,8 @@ pub struct AxisEnd {
     pub counted: bool,
     /// What that is worth.
     pub position: Position,
+    /// Why it is unknown or unconfirmed, if so.
+    pub why: Option<Doubt>,
 }
 
 /// How a job ended, in full.

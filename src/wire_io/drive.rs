@@ -10,6 +10,10 @@ pub trait Operator {
     fn event(&mut self, event: &MasterEvent);
     /// An event waits for a person, all nodes idle: go on?
     fn pause(&mut self, event: &Event) -> bool;
+    /// A hold took effect, of which [`Operator::event`] has told: go on? Nobody there: no.
+    fn held(&mut self, _master: &Master) -> bool {
+        false
+    }
     /// Told again and again how far the job is.
     fn progress(&mut self, master: &Master);
     /// How often the operator has asked to stop so far.
@@ -17,7 +21,8 @@ pub trait Operator {
 }
 
 /// Runs a job to its end. A stop of the operator holds at the next tick at which all axes are
-/// slow enough, and ends the job there; a second one does not wait for that.
+/// slow enough, where the job goes on or ends as the operator says; a second one does not wait for
+/// that.
 pub fn drive(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) -> Ending {
     link.urgent(true);
     let ending = run(link, master, operator);
@@ -45,7 +50,16 @@ fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) 
                 }
                 MasterEvent::Held { .. } => {
                     operator.event(&event);
-                    master.abandon();
+                    link.urgent(false);
+                    let go_on = operator.held(master);
+                    link.urgent(true);
+                    if go_on {
+                        master.resume(link.now_us());
+                    } else {
+                        master.abandon();
+                    }
+                    // Stops while the question stood were its answer.
+                    interrupts = operator.interrupts();
                 }
                 _ => operator.event(&event),
             }
@@ -53,7 +67,7 @@ fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) 
         operator.progress(master);
         while interrupts < operator.interrupts() {
             interrupts += 1;
-            master.hold(link.now_us());
+            master.hold();
         }
         bytes.clear();
         if let Err(error) = round(link, master, &mut bytes) {

@@ -5,6 +5,7 @@
 
 mod clock;
 mod drive;
+pub mod journal;
 mod link;
 pub mod ports;
 mod priority;
@@ -15,6 +16,7 @@ mod sim;
 
 pub use clock::{Clock, Speed};
 pub use drive::{Operator, drive};
+pub use journal::Journal;
 pub use link::{Link, LinkError, Paced, Port};
 pub use priority::Priority;
 pub use pty::Pty;

@@ -9,8 +9,12 @@ use std::collections::HashMap;
 use cnc::base::{Axis, Machine};
 use cnc::path::{Rates, Segment};
 
-/// Places of the path.
+use crate::plane::Met;
+
+/// Places of the path; of each segment at least, if these are few.
 const PLACES: usize = 200;
+const PLACES_MIN: usize = 12;
+const FEW: usize = 100;
 /// Classes of speeds and of accelerations that are told apart.
 const SPEEDS: f64 = 100.0;
 const ACCELS: f64 = 16.0;
@@ -39,10 +43,10 @@ fn places(segments: &[Segment], machine: &Machine) -> Vec<Place> {
         end_mm += segment.length_mm();
         joints.push(end_mm);
     }
-    let ends = if segments.len() <= 4 { joints.clone() } else { vec![total_mm] };
+    let ends = if segments.len() <= FEW { joints.clone() } else { vec![total_mm] };
     let mut marks = vec![0.0];
     let mut start_mm = 0.0;
-    let count = PLACES / ends.len();
+    let count = (PLACES / ends.len()).max(PLACES_MIN);
     for end_mm in ends {
         for k in 1..count {
             let share = k as f64 / count as f64;
@@ -71,7 +75,8 @@ fn place(at_mm: f64, segments: &[Segment], joints: &[f64], machine: &Machine) ->
         let mean_mm = 0.5 * (segment.length_mm() + next.length_mm());
         speed = speed
             .min(speed_max(&after, next, machine))
-            .min(corner(&rates, &after, mean_mm, machine));
+            .min(corner(&rates, &after, mean_mm, machine))
+            .min(Met::of(segment, next, machine).limit_sq.sqrt());
     }
     Place { at_mm, rates, speed_mm_s: speed }
 }

@@ -10,6 +10,10 @@ use cnc::plan::{self, Feed, Planned, Profile, Seams};
 use proptest::prelude::*;
 
 mod least;
+#[path = "../optimum/plane.rs"]
+mod plane;
+#[path = "../programs/mod.rs"]
+mod programs;
 #[path = "../ways/mod.rs"]
 mod ways;
 use least::{corner, least_s};
@@ -187,6 +191,19 @@ fn rounded_corners() {
 }
 
 #[test]
+fn rounded_squares() {
+    let feed = FEED_MM_MIN;
+    let way = [
+        (at(30.0, 0.0, 0.0), line(feed)),
+        (at(35.0, 5.0, 0.0), arc(feed, [30.0, 5.0], true, 0)),
+        (at(35.0, 35.0, 0.0), line(feed)),
+        (at(30.0, 40.0, 0.0), arc(feed, [30.0, 35.0], true, 0)),
+        (at(0.0, 40.0, 0.0), line(feed)),
+    ];
+    check("rounded square", &way);
+}
+
+#[test]
 fn circles_native_and_chopped() {
     let feed = FEED_MM_MIN;
     check("circle", &[(Point::ZERO, arc(feed, [20.0, 0.0], false, 0))]);
@@ -228,4 +245,37 @@ proptest! {
             check_limits("turning way", &segments, &Machine::load(machine).unwrap());
         }
     }
+}
+
+/// The samples, and the programs of the folder that `CNC_PROGRAMS` names: all stretches together against
+/// the least time that is found, and one by one against that without limits on jerk. It takes long.
+#[test]
+fn programs_take_little_more_than_the_least_time() {
+    if std::env::var_os("CNC_PROGRAMS").is_none() {
+        return;
+    }
+    let mut over = Vec::new();
+    for program in programs::programs() {
+        for machine in ["starmill", "router"] {
+            let machine = Machine::load(machine).unwrap();
+            let (mut all_s, mut all_least_s) = (0.0, 0.0);
+            for stretch in &program.stretches {
+                let planned_s = time_s(&planned(stretch, &machine));
+                let floor_s = plane::least_s(stretch, &without_jerk(&machine));
+                // On some ways none is found.
+                let least_s = Some(least_s(stretch, &machine)).filter(|time_s| time_s.is_finite());
+                let least_s = least_s.map_or(floor_s, |time_s| time_s.max(floor_s));
+                assert!(planned_s >= 0.998 * floor_s, "{}: {planned_s} {floor_s}", program.name);
+                (all_s, all_least_s) = (all_s + planned_s, all_least_s + least_s);
+            }
+            let ratio = all_s / all_least_s;
+            let told = format!("{} on {}", program.name, machine.id);
+            let told = format!("{told}: {all_s:.3} s, least {all_least_s:.3} s: {ratio:.4}");
+            programs::tell(&told);
+            if ratio >= 1.05 {
+                over.push(told);
+            }
+        }
+    }
+    assert!(over.is_empty(), "{over:#?}");
 }

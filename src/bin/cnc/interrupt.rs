@@ -1,11 +1,12 @@
 //! Counts how often the operator asked to stop (Ctrl-C), or the system did (`kill`, a terminal that
-//! is closed).
+//! is closed). A file that grows beyond what the system allows ends no process: whoever writes it is
+//! told.
 
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 
 /// How often somebody asked to stop, and who did last.
@@ -21,10 +22,10 @@ impl Interrupts {
     pub fn watch() -> io::Result<Self> {
         let interrupts = Interrupts::default();
         let hang_up = (!is_ignored(SIGHUP)).then_some(SIGHUP);
-        let mut signals = Signals::new([SIGINT, SIGTERM].into_iter().chain(hang_up))?;
+        let mut signals = Signals::new([SIGINT, SIGTERM, SIGXFSZ].into_iter().chain(hang_up))?;
         let counted = interrupts.clone();
         std::thread::spawn(move || {
-            for signal in signals.forever() {
+            for signal in signals.forever().filter(|signal| *signal != SIGXFSZ) {
                 counted.signal.store(signal, Ordering::Relaxed);
                 counted.count.fetch_add(1, Ordering::Relaxed);
             }

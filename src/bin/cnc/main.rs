@@ -21,6 +21,7 @@ mod exit;
 mod fixed;
 mod input;
 mod interrupt;
+mod journal;
 mod language;
 mod output;
 mod port;

@@ -66,8 +66,8 @@ impl Port {
         usb_name(&self.device).is_some() || (self.device.exists() && !is_virtual)
     }
 
-    /// The path of its file.
-    fn path(&self) -> Result<PathBuf, Failure> {
+    /// The path of its file, whether it is there or not.
+    pub fn path(&self) -> Result<PathBuf, Failure> {
         match usb_name(&self.device).map(str::parse::<UsbName>) {
             None => Ok(self.device.clone()),
             Some(name) => name?.find(&list_ports("/".as_ref())).or_bus(),

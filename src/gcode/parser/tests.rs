@@ -79,7 +79,9 @@ fn faults_are_named_and_the_rest_of_the_words_is_read() {
     check("IF [#1] THEN", "IF [#1] THEN", &["expression"]);
     check("X5 o1 endif", "X5 O1 ENDIF", &["call-alone"]);
     check("o<a", "", &["expression"]);
-    check("o<a>", "", &["expression"]);
+    check("o<a> 5", "", &["expression"]);
+    check("o1 call [1] (a) [2] (MSG,b)", "O1 CALL [1] [2]", &[]);
+    check("o1 call [1] (MSG,a) [2]", "O1 CALL [1]", &["expression"]);
     check("o1 sb", "", &["expression"]);
     check("o#1 if [1]", "", &["expression"]);
     check("$H", "", &["unsupported-word"]);

@@ -2,7 +2,7 @@
 //!
 //! R is the way from the level where the cycle begins to where the feed begins, with its sign; a
 //! bottom by Z (X on the side) is a position, one by W (U) a way from there. The tool goes back to the
-//! level where it began. Q pecks lead out to R each time; spindle and feed are not synchronised.
+//! level where it began. Q pecks lead out to R each time; taps follow the spindle after M29 only.
 
 use crate::base::Axis;
 use crate::gcode::codes::{Cycle, Hole as Work, HoleKind, Single};
@@ -99,9 +99,7 @@ impl Executor<'_> {
         out: &mut Output<'_>,
     ) -> f64 {
         if !goes_on {
-            let initial_mm = self.cycle.initial_mm;
-            self.cycle = Default::default();
-            self.cycle.initial_mm = initial_mm;
+            self.cycle = self.cycle.anew(self.mm_per_unit);
         }
         if let Some(word) = block.word(b'R') {
             self.cycle.r_mm = word.value * self.mm_per_unit;
@@ -145,7 +143,11 @@ impl Executor<'_> {
                  0 as a rule",
             ));
         }
-        if work.kind == HoleKind::Tap && self.turning == Turning::Stopped {
+        let is_rigid = work.kind == HoleKind::Tap && self.cycle.is_rigid;
+        if is_rigid && !self.knows_tap_speed(block, out.faults) {
+            return;
+        }
+        if work.kind == HoleKind::Tap && self.turning == Turning::Stopped && !is_rigid {
             let message = "a tapping cycle needs the spindle turning";
             let fault = Fault::block(&rules::SPINDLE_STOPPED, block, message);
             out.faults.push(fault.help("write M3 or M4 and S before it"));

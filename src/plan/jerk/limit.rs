@@ -80,6 +80,11 @@ impl JerkLimit {
         limit
     }
 
+    /// Whether an axis that moves has a limit.
+    pub fn is_limited(&self) -> bool {
+        self.along_mm_s3 < UNLIMITED_MM_S3
+    }
+
     /// Square of the speed at which turning takes its share of an axis's jerk, and the axis.
     pub fn speed_sq_max(&self) -> Option<(f64, Axis)> {
         let speed_mm_s = (TURN_SHARE / self.turn).cbrt();

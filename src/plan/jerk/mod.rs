@@ -19,6 +19,7 @@ mod limit;
 mod round;
 mod stretch;
 
+pub use lane::Lane;
 pub use limit::JerkLimit;
 pub use stretch::{State, Stretch};
 
@@ -28,7 +29,6 @@ use super::Ramp;
 use super::junction::Junction;
 use super::lookahead::Decided;
 use super::piece::Piece;
-use lane::Lane;
 use round::{Part, Rounding};
 
 /// Pieces that are smoothed together at least: so many that the passes' overhead is spread.

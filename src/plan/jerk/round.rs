@@ -380,6 +380,10 @@ fn touch(arc: &Stretch, lane: &Lane) -> Option<Hit> {
     if !gains(&arc.from) {
         return over(&arc.from);
     }
+    if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
+        let gained_mm_s2 = arc.from.accel_mm_s2 - lane.stretch.from.accel_mm_s2;
+        return over(&arc.after(gained_mm_s2 / -arc.jerk_mm_s3));
+    }
     let (mut low_s, mut high_s) = (0.0, arc.duration_s);
     while high_s - low_s > P_ERROR_S {
         let middle_s = 0.5 * (low_s + high_s);

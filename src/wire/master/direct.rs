@@ -7,6 +7,7 @@
 use crate::base::machine::LISTEN_US;
 use crate::wire::direct::{Direct, Home, HomeRun, RawJog};
 use crate::wire::frame;
+use crate::wire::report::Doubt;
 
 use super::script::{self, Action, Ask, END_PING, Question};
 use super::{Hold, Master, MasterEvent, State};
@@ -38,8 +39,9 @@ pub(super) struct Jogging {
     pub until_us: u64,
 }
 
-/// All that it takes. Before and after, the node is asked whether it is in phase.
-pub(super) fn direct(direct: &Direct) -> Vec<Action> {
+/// All that it takes. Before and after, the node is asked whether it is in phase. What ends a jog may
+/// come as late as an answer may.
+pub(super) fn direct(direct: &Direct, late_us: u64) -> Vec<Action> {
     let unit = direct.unit();
     let mut actions = script::ping(unit).to_vec();
     match direct {
@@ -58,7 +60,7 @@ pub(super) fn direct(direct: &Direct) -> Vec<Action> {
         Direct::Jog(jog) => {
             let [question, parameters, end, rest] = frame::jog(unit.id, jog.byte());
             // Before it reads on, the node makes the tick under way.
-            let us = jog.tick_us + jog.tick_us / 2;
+            let us = jog.tick_us + late_us;
             let bytes = question.to_vec();
             actions.push(Action::Ask(Ask { unit, bytes, question: Question::Ping }));
             actions.push(Action::Say(parameters.to_vec()));
@@ -77,7 +79,7 @@ impl Master {
     /// The axis leaves where it stood, if that is what was asked for.
     pub(super) fn begin_homing(&mut self, ask: &Ask) {
         if let (Question::Home { again: false, .. }, Some(axis)) = (ask.question, ask.unit.axis) {
-            self.doubtful.insert(axis);
+            self.doubts[axis] = Some(Doubt::Homing);
             self.events.push_back(MasterEvent::Homing { axis });
         }
     }
@@ -92,7 +94,7 @@ impl Master {
     /// The axis stands at its switch, and its node is idle and in phase.
     pub(super) fn homed(&mut self, home: &Home) {
         self.position[home.axis] = home.switch_steps;
-        self.doubtful.remove(home.axis);
+        self.doubts[home.axis] = None;
         let run = HomeRun::new(home, &std::mem::take(&mut self.home_times.took_us));
         self.homed.push(run);
         self.events.push_back(MasterEvent::Homed(run));
@@ -102,7 +104,7 @@ impl Master {
     pub(super) fn start_jog(&mut self, jog: RawJog) {
         let since_us = self.wire_free_us();
         let lasts_us = if self.hold == Hold::No { jog.lasts_us } else { 0 };
-        self.doubtful.insert(jog.axis);
+        self.doubts[jog.axis] = Some(Doubt::RawJog);
         self.events.push_back(MasterEvent::Jogging { axis: jog.axis });
         self.state = State::Jogging(Jogging { jog, since_us, until_us: since_us + lasts_us });
     }

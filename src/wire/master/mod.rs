@@ -18,60 +18,24 @@
 mod direct;
 mod run;
 mod script;
+mod stop;
+mod timing;
 
 use std::collections::VecDeque;
 
-use crate::base::machine::{Bus, LISTEN_US, Unit};
+use crate::base::machine::{LISTEN_US, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
 use crate::wire::direct::HomeRun;
 use crate::wire::frame;
 use crate::wire::job::{Job, Step};
 use crate::wire::node::ANSWER_PAUSE_US;
-use crate::wire::nodes::byte_ns;
 use crate::wire::pacing::Pacing;
-use crate::wire::report::{AxisEnd, End, Ending, Fault, Position};
+use crate::wire::report::{Doubt, End, Ending, Fault};
 
 use self::direct::{HomeTimes, Jogging};
 use self::run::Run;
 use self::script::{Action, Ask, Question};
-
-/// Bytes handed out at a time unless said otherwise: a port that keeps them all is then never far
-/// behind the wire.
-const PIECE_BYTES: usize = 64;
-
-/// The times that a host keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Timing {
-    byte_ns: u64,
-    tick_us: u64,
-    /// From a sync byte's stop bit to the start bit of the answer, at most.
-    sync_answer_us: u64,
-    reply_timeout_us: u64,
-    piece_bytes: usize,
-}
-
-impl Timing {
-    /// The times of a bus whose clock runs `speed` times as fast as ours. All times that the
-    /// master is given and gives are the bus's; the time-out for answers stays ours.
-    pub fn new(bus: &Bus, speed: f64) -> Self {
-        Timing {
-            byte_ns: byte_ns(bus.baud),
-            tick_us: u64::from(bus.tick_us),
-            sync_answer_us: u64::from(bus.node_tick_us) + ANSWER_PAUSE_US,
-            reply_timeout_us: (f64::from(bus.reply_timeout_ms) * 1000.0 * speed) as u64,
-            piece_bytes: PIECE_BYTES,
-        }
-    }
-
-    /// Hands out at most so many bytes at a time, and at least one.
-    pub fn with_piece(self, bytes: u32) -> Self {
-        Timing { piece_bytes: bytes.max(1) as usize, ..self }
-    }
-
-    fn byte_us(&self) -> u64 {
-        self.byte_ns.div_ceil(1000)
-    }
-}
+pub use self::timing::Timing;
 
 /// What the master tells its caller.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,17 +50,34 @@ pub enum MasterEvent {
         buffer: u32,
         /// The node.
         unit: Unit,
+        /// It will answer every tick.
+        master: bool,
     },
     /// The nodes have been started.
     Started {
         /// The buffer.
         buffer: u32,
     },
-    /// A hold took effect: the axes rest within a buffer. Go on with [`Master::resume`] or end
-    /// with [`Master::abandon`].
+    /// A buffer has been executed to its end, and every node in it has answered since.
+    Seam {
+        /// The buffer.
+        buffer: u32,
+        /// Steps of the job that are done with it.
+        steps: usize,
+        /// Ticks acknowledged so far, pads not counted.
+        ticks: u64,
+        /// Where the machine stands, in motor steps.
+        position: AxisMap<i64>,
+    },
+    /// A hold took effect: the axes rest. Go on with [`Master::resume`] or end with
+    /// [`Master::abandon`].
     Held {
-        /// NC line of the tick that comes next.
+        /// NC line of what comes next.
         line: u32,
+        /// Ticks acknowledged so far, pads not counted.
+        ticks: u64,
+        /// Within a buffer: nodes would take any byte for a tick of it.
+        executing: bool,
     },
     /// An axis is sent to its limit switch.
     Homing {
@@ -130,6 +111,8 @@ pub struct Progress {
     pub buffer: u32,
     /// NC line being executed.
     pub line: u32,
+    /// When the last of the ticks was acknowledged.
+    pub at_us: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
@@ -139,6 +122,8 @@ enum Hold {
     AtRest,
     /// At the next tick that keeps the pairs of idle nodes in phase.
     Now,
+    /// There too, and the job ends.
+    End,
 }
 
 #[derive(Debug)]
@@ -154,7 +139,8 @@ enum State {
         deadline_us: u64,
     },
     Running(Run),
-    Held(Run),
+    /// Until somebody says how to go on, which is with that.
+    Held(Box<State>),
     Dwelling {
         until_us: u64,
     },
@@ -190,7 +176,8 @@ pub struct Master {
     /// Some nodes hold a buffer that has not been executed to its end.
     any_full: bool,
     power_cycle: bool,
-    doubtful: AxisSet,
+    /// Why an axis's position is unknown.
+    doubts: AxisMap<Option<Doubt>>,
     /// Servants that have been started and not been asked since.
     unconfirmed: AxisSet,
     position: AxisMap<i64>,
@@ -230,7 +217,7 @@ impl Master {
             fault: None,
             any_full: false,
             power_cycle: false,
-            doubtful: job.unknown,
+            doubts: AxisMap::from_fn(|axis| job.unknown.contains(axis).then_some(Doubt::Untold)),
             unconfirmed: AxisSet::EMPTY,
             progress: Progress::default(),
             home_times: HomeTimes::default(),
@@ -355,47 +342,6 @@ impl Master {
         self.job
     }
 
-    /// The operator wants motion to stop. The first call stops where all axes are slow enough to
-    /// stop without a ramp, or at the end of the buffer; the second as soon as the protocol allows.
-    pub fn hold(&mut self, now_us: u64) {
-        self.hold = if self.hold == Hold::No { Hold::AtRest } else { Hold::Now };
-        self.hold_direct();
-        match &mut self.state {
-            State::Running(run) if self.hold == Hold::Now => run.cut_dwell(now_us),
-            State::Dwelling { .. } => self.state = State::Next,
-            _ => {}
-        }
-    }
-
-    /// Goes on after a [`MasterEvent::Pause`] or a [`MasterEvent::Held`].
-    pub fn resume(&mut self, now_us: u64) {
-        self.hold = Hold::No;
-        match std::mem::replace(&mut self.state, State::Next) {
-            State::Held(mut run) => {
-                run.resume(now_us);
-                self.state = State::Running(run);
-            }
-            State::Paused => {}
-            other => self.state = other,
-        }
-    }
-
-    /// Ends the job where it stands.
-    pub fn abandon(&mut self) {
-        self.end(End::Interrupted);
-    }
-
-    /// Ends the job: the port is gone. A node that was in the middle of a ping or a fill would take
-    /// the next host's first bytes for the rest of it.
-    pub fn fail_port(&mut self, why: String) {
-        let is_open = |state: &State| {
-            matches!(state, State::Sending { .. } | State::Waiting { .. } | State::Jogging(_))
-        };
-        self.power_cycle |= is_open(&self.state);
-        self.doubt_sent_tick();
-        self.end(End::Failed(Fault::Port(why)));
-    }
-
     fn handle_byte(&mut self, now_us: u64, byte: u8) {
         match &self.state {
             State::Waiting { ask, .. } => {
@@ -415,6 +361,12 @@ impl Master {
                 self.early(&ask, byte);
             }
             State::Running(_) => self.tick_answer(now_us, byte),
+            State::Held(_) => {
+                if let State::Held(then) = std::mem::replace(&mut self.state, State::Next) {
+                    self.state = *then;
+                }
+                return self.handle_byte(now_us, byte);
+            }
             State::Ended => {}
             state => {
                 self.power_cycle |= matches!(state, State::Sending { .. } | State::Resting { .. });
@@ -427,10 +379,14 @@ impl Master {
     /// Begins what comes next, until something is under way.
     fn settle(&mut self, now_us: u64) {
         while let State::Next = self.state {
-            if self.hold != Hold::No && self.fault.is_none() && self.may_stop() {
-                return self.abandon();
+            if self.hold != Hold::No && self.may_stop() {
+                return self.hold_between();
             }
             match self.script.pop_front() {
+                Some(Action::Seam { buffer, steps }) => {
+                    let (ticks, position) = (self.progress.ticks, self.position);
+                    self.events.push_back(MasterEvent::Seam { buffer, steps, ticks, position });
+                }
                 Some(Action::Run { step }) => self.start_run(now_us, step),
                 Some(Action::Homed(home)) => self.homed(&home),
                 Some(Action::Jog(jog)) => self.start_jog(jog),
@@ -445,13 +401,6 @@ impl Master {
                 None => self.next_step(now_us),
             }
         }
-    }
-
-    /// Between two exchanges, but never within a ping, nor once a node waits for its data, nor
-    /// before all servants have said that they are done.
-    fn may_stop(&self) -> bool {
-        let is_open = !self.unconfirmed.is_empty() || self.home_times.is_open();
-        !is_open && self.script.front().is_none_or(Action::begins_exchange)
     }
 
     fn next_step(&mut self, now_us: u64) {
@@ -475,7 +424,7 @@ impl Master {
                 if at == 0 {
                     self.script.extend(self.job.nodes.iter().flat_map(|node| script::ping(*node)));
                 }
-                self.script.extend(direct::direct(direct));
+                self.script.extend(direct::direct(direct, self.timing.reply_timeout_us));
             }
             None => self.end(End::Done),
         }
@@ -496,11 +445,11 @@ impl Master {
     }
 
     fn announce(&mut self, action: &Action) {
-        if let Action::Ask(Ask { unit, question: Question::FillCommand { buffer, .. }, .. }) =
-            action
-        {
-            self.progress.buffer = *buffer;
-            self.events.push_back(MasterEvent::Filling { buffer: *buffer, unit: *unit });
+        let Action::Ask(Ask { unit, bytes, question }) = action else { return };
+        if let Question::FillCommand { buffer, .. } = *question {
+            self.progress.buffer = buffer;
+            let master = *bytes == frame::fill(unit.id, true);
+            self.events.push_back(MasterEvent::Filling { buffer, unit: *unit, master });
         }
     }
 
@@ -558,47 +507,6 @@ impl Master {
     /// pseudo-terminal has no wire.
     fn is_early(&self, now_us: u64) -> bool {
         now_us + 2 * self.timing.byte_us() < self.wire_free_us()
-    }
-
-    /// Stops after a fault, with nothing more sent than the script still holds.
-    fn fail(&mut self, fault: Fault) {
-        self.doubt_sent_tick();
-        self.script.clear();
-        self.script.extend(self.left_open());
-        self.fault.get_or_insert(fault);
-        self.state = State::Next;
-    }
-
-    fn end(&mut self, end: End) {
-        if let State::Ended = self.state {
-            return;
-        }
-        let power_cycle = self.power_cycle || self.any_full || !self.unconfirmed.is_empty();
-        let position = |axis| match power_cycle {
-            _ if self.doubtful.contains(axis) => Position::Unknown,
-            _ if self.unconfirmed.contains(axis) => Position::Unconfirmed,
-            true => Position::KnownUntilPowerOff,
-            false => Position::Known,
-        };
-        let axis_end = |(axis, steps_per_mm): &(Axis, f64)| {
-            let steps = self.position[*axis];
-            let position_mm = steps as f64 / steps_per_mm;
-            let counted = !(self.job.unknown.contains(*axis) && self.doubtful.contains(*axis));
-            AxisEnd { axis: *axis, steps, position_mm, counted, position: position(*axis) }
-        };
-        let axes = self.axes.iter().map(axis_end).collect();
-        self.script.clear();
-        self.state = State::Ended;
-        self.events.push_back(MasterEvent::Ended(Ending {
-            end,
-            ticks: self.progress.ticks,
-            buffers: self.buffers_done,
-            line: self.progress.line,
-            axes,
-            homed: std::mem::take(&mut self.homed),
-            power_cycle,
-            pacing: self.pacing.clone(),
-        }));
     }
 }
 

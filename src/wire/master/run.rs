@@ -5,11 +5,16 @@
 //! sync ─┤├──────────────────────────────┤├───────
 //! node     ▒▒▒▒ steps ▒▒▒▒├─answer─┤
 //! ```
+//!
+//! A master that rests in a tick answers at once, while others step. Its answer then tells when the
+//! sync byte has reached the nodes at the latest, which may be long after it was written: the next one
+//! waits for a node's tick from there, or the nodes would drift apart by what the port has kept back.
 
-use crate::base::{Axis, AxisSet, EventKind};
+use crate::base::{Axis, EventKind};
+use crate::wire::codec;
 use crate::wire::frame;
 use crate::wire::job::{Buffer, Step};
-use crate::wire::report::{During, Fault};
+use crate::wire::report::{Doubt, During, End, Fault};
 
 use super::{Hold, Master, MasterEvent, State, dwell_us};
 
@@ -32,6 +37,8 @@ pub(super) struct Run {
     answered_us: u64,
     /// The next sync byte waits for the end of a dwell.
     dwells: bool,
+    /// A hold takes effect then, unless a byte comes that nobody asked for.
+    hold_us: Option<u64>,
 }
 
 impl Run {
@@ -44,18 +51,26 @@ impl Run {
     }
 
     pub(super) fn timeout_us(&self, wire_free_us: u64) -> u64 {
-        self.deadline_us.unwrap_or(self.due_us.max(wire_free_us))
+        self.deadline_us.or(self.hold_us).unwrap_or(self.due_us.max(wire_free_us))
     }
 
-    pub(super) fn resume(&mut self, now_us: u64) {
-        self.due_us = self.due_us.max(now_us);
+    /// Goes on after a hold; a dwell under way has gone on meanwhile.
+    pub(super) fn resume(&mut self, from_us: u64) {
+        self.due_us = self.due_us.max(from_us);
         self.scheduled_us = None;
+        self.hold_us = None;
     }
 
-    pub(super) fn cut_dwell(&mut self, now_us: u64) {
-        if self.dwells {
-            self.due_us = self.due_us.min(now_us);
-        }
+    /// The same, at once.
+    pub(super) fn resume_at_once(&mut self) {
+        self.due_us = 0;
+        self.scheduled_us = None;
+        self.hold_us = None;
+    }
+
+    /// Whether the sync bytes so far leave idle nodes with half a pair.
+    pub(super) fn is_odd(&self) -> bool {
+        !self.sent.is_multiple_of(2)
     }
 }
 
@@ -81,6 +96,7 @@ impl Master {
             deadline_us: None,
             answered_us: due_us,
             dwells: false,
+            hold_us: None,
         });
     }
 
@@ -89,28 +105,31 @@ impl Master {
         let (State::Running(run), Some(Step::Buffer(buffer))) = self.run_and_buffer() else {
             return None;
         };
-        let (sent, ticks) = (run.sent, buffer.lines.len());
+        let sent = run.sent;
         if run.waits() {
             return None;
         }
-        if self.hold != Hold::No && sent < ticks && self.may_hold(buffer, sent) {
-            let line = buffer.lines.get(sent).copied().unwrap_or(0);
-            // A sync byte too many shows in an answer too many.
-            let silent_us = run.answered_us + self.sync_wait_us();
-            if now_us < silent_us {
-                if let State::Running(run) = &mut self.state {
-                    run.due_us = silent_us;
+        let silent_us = run.answered_us + self.sync_wait_us();
+        match run.hold_us {
+            Some(hold_us) if now_us < hold_us => return None,
+            Some(_) => {
+                let line = buffer.lines.get(sent).copied().unwrap_or(0);
+                self.hold_here(line, true);
+                return None;
+            }
+            None if self.holds_before(run, buffer) => {
+                if self.hold == Hold::End {
+                    self.end(End::Interrupted);
+                } else if let State::Running(run) = &mut self.state {
+                    // A sync byte too many shows in an answer too many.
+                    run.hold_us = Some(silent_us);
+                    return self.sync(now_us);
                 }
                 return None;
             }
-            self.events.push_back(MasterEvent::Held { line });
-            let run = std::mem::replace(&mut self.state, State::Ended);
-            if let State::Running(run) = run {
-                self.state = State::Held(run);
-            }
-            return None;
+            None => {}
         }
-        if now_us < run.timeout_us(0) {
+        if now_us < run.due_us {
             return None;
         }
         if let Some((_, event)) = buffer.events.get(run.events).filter(|(tick, _)| *tick <= sent) {
@@ -155,8 +174,7 @@ impl Master {
         run.deadline_us = run.deadline_us.max(Some(deadline_us));
         if let Some(scheduled_us) = run.scheduled_us.take() {
             let before_us = scheduled_us - self.timing.tick_us;
-            let answer_us = run.answered_us.saturating_sub(before_us);
-            self.pacing.tick(run.sent_us - before_us, answer_us);
+            self.pacing.tick(run.sent_us - before_us, run.due_us.saturating_sub(before_us));
         }
     }
 
@@ -165,14 +183,18 @@ impl Master {
         self.timing.sync_answer_us + self.timing.byte_us() + self.timing.reply_timeout_us
     }
 
-    /// The pairs of idle nodes stay in phase only after an even number of sync bytes.
-    fn may_hold(&self, buffer: &Buffer, sent: usize) -> bool {
+    /// Whether a hold that has been asked for takes effect before the next sync byte. The pairs of
+    /// idle nodes stay in phase only after an even number of them; in a dwell a hold costs nothing,
+    /// and whoever ends the job there sends one more.
+    fn holds_before(&self, run: &Run, buffer: &Buffer) -> bool {
         let slow = |tick: usize| {
             let counts = buffer.counts(tick);
             Axis::ALL.iter().all(|axis| counts[*axis].unsigned_abs() <= self.slow_steps[*axis])
         };
-        let slow_here = sent.checked_sub(1).is_none_or(slow) && slow(sent);
-        sent.is_multiple_of(2) && (self.hold == Hold::Now || slow_here)
+        let slow_here = || run.sent.checked_sub(1).is_none_or(slow) && slow(run.sent);
+        let within = self.hold != Hold::No && run.sent < buffer.lines.len();
+        let dwells = run.dwells && self.hold != Hold::End;
+        within && (dwells || (!run.is_odd() && (self.hold >= Hold::Now || slow_here())))
     }
 
     /// A byte has come while the nodes execute.
@@ -184,18 +206,24 @@ impl Master {
         let Some(master) = buffer.master() else { return };
         if !run.waits() {
             // Who has made the master answer again may have made every node step again.
-            let axes: Vec<Axis> = buffer.fills.iter().filter_map(|fill| fill.unit.axis).collect();
-            axes.into_iter().for_each(|axis| self.doubtful.insert(axis));
+            let axes: Vec<_> = buffer.fills.iter().map(|fill| fill.unit.axis).collect();
+            axes.into_iter().for_each(|axis| self.unknown(axis, Doubt::Unasked { got: byte }));
             return self.fail(Fault::Unexpected { got: byte });
         }
         if byte != master.unit.id {
             return self.fail(Fault::WrongAnswer { unit: master.unit, got: byte, during });
         }
         let (tick, ticks, entries) = (run.sent - 1, buffer.lines.len(), master.bytes.len());
+        let mut steps_until_us = 0;
         if tick < ticks {
             let counts = buffer.counts(tick);
+            let others_step = Axis::ALL.iter().any(|axis| counts[*axis] != 0);
+            if codec::decode(master.bytes[tick]) == 0 && others_step {
+                steps_until_us = self.steps_until_us(now_us);
+            }
             self.progress.line = buffer.lines[tick];
             self.progress.ticks += 1;
+            self.progress.at_us = now_us;
             for axis in Axis::ALL {
                 self.position[axis] += i64::from(counts[axis]);
             }
@@ -212,7 +240,14 @@ impl Master {
         run.deadline_us = None;
         run.answered_us = now_us;
         run.scheduled_us = (tick < ticks).then_some(run.sent_us + period_us);
-        run.due_us = run.scheduled_us.unwrap_or(0).max(quiet_us);
+        run.due_us = run.scheduled_us.unwrap_or(0).max(quiet_us).max(steps_until_us);
+    }
+
+    /// Until when nodes step at the latest, if a resting master's answer has come now; but for the
+    /// time that the answer has taken on the wire, and that the next sync byte will.
+    fn steps_until_us(&self, answered_us: u64) -> u64 {
+        let wire_us = 2 * self.timing.byte_us();
+        (answered_us + self.timing.node_tick_us).saturating_sub(wire_us)
     }
 
     pub(super) fn no_tick_answer(&mut self) {
@@ -224,15 +259,14 @@ impl Master {
 
     /// A tick that has been sent and not acknowledged leaves the axes that it moves in doubt.
     pub(super) fn doubt_sent_tick(&mut self) {
-        let (State::Running(run) | State::Held(run), Some(Step::Buffer(buffer))) =
-            self.run_and_buffer()
-        else {
+        let (State::Running(run), Some(Step::Buffer(buffer))) = self.run_and_buffer() else {
             return;
         };
         if let Some(tick) = run.sent.checked_sub(1).filter(|_| run.waits()) {
-            let counts = buffer.counts(tick);
-            let moved: AxisSet = Axis::ALL.into_iter().filter(|axis| counts[*axis] != 0).collect();
-            self.doubtful = self.doubtful.union(moved);
+            let (counts, line) = (buffer.counts(tick), buffer.lines.get(tick).copied());
+            let doubt = Doubt::Tick { buffer: buffer.number, tick, line: line.unwrap_or(0) };
+            let moved = Axis::ALL.into_iter().filter(|axis| counts[*axis] != 0);
+            moved.for_each(|axis| self.unknown(Some(axis), doubt));
         }
     }
 
@@ -248,7 +282,7 @@ impl Master {
 
     fn run_and_buffer(&self) -> (&State, Option<&Step>) {
         let step = match &self.state {
-            State::Running(run) | State::Held(run) => self.job.steps.get(run.step),
+            State::Running(run) => self.job.steps.get(run.step),
             _ => None,
         };
         (&self.state, step)

@@ -4,7 +4,7 @@ use crate::base::machine::Unit;
 use crate::wire::direct::{Home, RawJog};
 use crate::wire::frame;
 use crate::wire::job::Buffer;
-use crate::wire::report::{During, Fault};
+use crate::wire::report::{Doubt, During, Fault};
 
 use super::{Master, State};
 
@@ -25,6 +25,8 @@ pub(super) enum Action {
     Jog(RawJog),
     /// Silence: a node reads nothing for so long.
     Rest { us: u64 },
+    /// Nothing: a buffer and all that belongs to it is over.
+    Seam { buffer: u32, steps: usize },
 }
 
 /// Bytes that a node answers with its ID.
@@ -86,7 +88,11 @@ impl Action {
             Action::Say(bytes) => bytes,
             Action::Ask(ask) => &ask.bytes,
             Action::Start => &frame::START,
-            Action::Run { .. } | Action::Homed(_) | Action::Jog(_) | Action::Rest { .. } => &[],
+            Action::Run { .. }
+            | Action::Homed(_)
+            | Action::Jog(_)
+            | Action::Rest { .. }
+            | Action::Seam { .. } => &[],
         }
     }
 
@@ -128,7 +134,8 @@ impl Action {
             | Action::Run { .. }
             | Action::Homed(_)
             | Action::Jog(_)
-            | Action::Rest { .. } => false,
+            | Action::Rest { .. }
+            | Action::Seam { .. } => false,
         }
     }
 }
@@ -143,7 +150,7 @@ pub(super) fn ping(unit: Unit) -> [Action; 2] {
 /// All that a buffer takes. A node that has taken a byte too many or too few shows it in the ping
 /// before the start, when nothing has moved yet, or in the one after the buffer.
 pub(super) fn buffer(buffer: &Buffer, step: usize) -> Vec<Action> {
-    let mut actions = Vec::with_capacity(8 * buffer.fills.len() + 2);
+    let mut actions = Vec::with_capacity(8 * buffer.fills.len() + 3);
     let number = buffer.number;
     for fill in &buffer.fills {
         let unit = fill.unit;
@@ -158,6 +165,7 @@ pub(super) fn buffer(buffer: &Buffer, step: usize) -> Vec<Action> {
     actions.extend(pings());
     actions.extend([Action::Start, Action::Run { step }]);
     actions.extend(pings());
+    actions.push(Action::Seam { buffer: number, steps: step + 1 });
     actions
 }
 
@@ -263,9 +271,7 @@ impl Master {
     /// A node that does not answer a ping may be off, busy with a tick that others have done, or on
     /// its way to the limit switch.
     fn doubt(&mut self, unit: Unit) {
-        if let Some(axis) = unit.axis {
-            self.doubtful.insert(axis);
-        }
+        self.unknown(unit.axis, Doubt::Ping);
     }
 }
 

@@ -4,7 +4,7 @@ use cnc::base::Axis;
 use cnc::wire;
 
 use super::send::direct::{self, AxisList, DirectArgs};
-use super::send::{check_speed, run_job};
+use super::send::{by_hand, check_speed, run_job};
 use crate::args::Global;
 use crate::exit::{ExitWith, Outcome};
 use crate::input::{self, Start};
@@ -42,5 +42,5 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if let Some(tick_us) = args.measured_tick.filter(|_| args.direct.is_sim().unwrap_or(false)) {
         machine.bus.node_tick_us = tick_us;
     }
-    run_job(&send, global, &port, &machine, job, None)
+    run_job(&send, global, &port, &machine, job, by_hand("home", &machine))
 }

@@ -10,7 +10,7 @@ use cnc::step;
 use cnc::wire::{self, Job};
 
 use super::send::direct::{self, DirectArgs};
-use super::send::{check_speed, gather, run_job};
+use super::send::{by_hand, check_speed, gather, run_job};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
@@ -61,7 +61,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if args.raw {
         let interrupts = Interrupts::watch()?;
         let job = wire::raw_jog(&machine, args.axis, args.by, args.feed).or_bad_input()?;
-        let exit = run_job(&send, global, &port, &machine, job, None)?;
+        let exit = run_job(&send, global, &port, &machine, job, by_hand("jog", &machine))?;
         // Ctrl-C has stopped the axis as it is meant to; a script still has to know.
         let stopped = exit == Exit::Ok && interrupts.count() > 0;
         return Ok(if stopped { Exit::Interrupted } else { exit });
@@ -70,7 +70,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     start_mm[args.axis] = args.from.unwrap_or(start_mm[args.axis]);
     let way = path::jog(&machine, args.axis, start_mm, args.by, args.feed).or_bad_input()?;
     let job = planned(&machine, way, start_mm)?;
-    run_job(&send, global, &port, &machine, job.only([args.axis].into_iter().collect()), None)
+    let job = job.only([args.axis].into_iter().collect());
+    run_job(&send, global, &port, &machine, job, by_hand("jog", &machine))
 }
 
 /// The job of one way.

@@ -1,41 +1,50 @@
 //! `cnc send`: a program or a dump is checked, shown, and streamed to the nodes.
 
+mod book;
 pub mod direct;
+mod live;
 mod operator;
 mod pacing;
 mod result;
+mod resume;
 pub mod sim;
 
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
 use cnc::interp::RunError;
 use cnc::plan::Feed;
 use cnc::step::Summary;
+use cnc::tape::{self, Encoding, Header};
+use cnc::verify;
 use cnc::wire::{
     self, ANSWER_PAUSE_US, Direct, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes,
     Timing,
 };
+use cnc::wire_io::journal::JobRecord;
 use cnc::wire_io::{Link, Paced, Sim, Speed, drive};
-use cnc::{tape, verify};
 
+use self::book::Book;
 use self::operator::Terminal;
 use self::result::{Report, Simulated};
+use self::resume::Resume;
 use self::sim::Simulation;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
+use crate::journal::{JournalArgs, PortJournal};
 use crate::port::{Port, PortArgs};
-use crate::program::{MotionArgs, Program};
+use crate::program::{Encoder, MotionArgs, Program};
 use crate::progress::Bar;
 
 /// Streams a program or a command dump to the nodes
 ///
-/// All of it is checked before the port is opened. Ctrl-C stops where the axes are slow enough to
-/// stop without a ramp, or at the end of the buffer; a second one does not wait for that.
+/// All of it is checked before the port is opened. Ctrl-C holds where the axes are slow enough to
+/// stop without a ramp, or at the end of the buffer, and asks whether to go on; a second one stops
+/// at once.
 #[derive(Debug, Default, clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -58,6 +67,11 @@ pub struct Args {
     /// Go over M0, M1, M6 and M60 without waiting
     #[arg(long)]
     ignore_stops: bool,
+    /// Go on with the job that this journal tells of, from its last seam
+    #[arg(long, value_name = "JOURNAL", conflicts_with = "execute")]
+    resume: Option<PathBuf>,
+    #[command(flatten)]
+    journal: JournalArgs,
     #[command(flatten)]
     motion: MotionArgs,
 }
@@ -69,8 +83,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
-            let job = dump(&source, &machine)?;
-            return run_job(args, global, &port, &machine, job, None);
+            let (job, origin) = dump(&source, &machine)?;
+            let work = Work { record: book::record(&origin), program: None };
+            return run_job(args, global, &port, &machine, job, work);
         }
         (Some(file), Some(source)) => Program::check(file, source, machine, &args.motion, global)?,
         _ => Program::check_typed(&args.execute, machine, &args.motion, global)?,
@@ -83,20 +98,40 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
     let job = gather(program.commands(&summary)?, start_steps, machine)?.or_bad_input()?;
-    run_job(args, global, &port, machine, job, Some(&program))
+    let origin = program.header(Encoder::Exact, Encoding::Counts);
+    let command = if args.file.is_some() { "send" } else { "typed" };
+    let record = JobRecord { command: command.to_owned(), ..book::record(&origin) };
+    run_job(args, global, &port, machine, job, Work { record, program: Some(&program) })
 }
 
-/// Lints, shows and runs a job; the program that it was made from, if it is at hand, is what the
-/// virtual nodes' motion is held against.
+/// What a job was made from.
+pub struct Work<'a> {
+    /// What the journal says of it.
+    pub record: JobRecord,
+    /// The program, if it is at hand: virtual nodes' motion is held against it.
+    pub program: Option<&'a Program>,
+}
+
+/// A job that `jog` or `home` made.
+pub fn by_hand(command: &str, machine: &Machine) -> Work<'static> {
+    Work { record: book::by_hand(command, machine), program: None }
+}
+
+/// Lints, shows and runs a job, or what is left of it.
 pub fn run_job(
     args: &Args,
     global: &Global,
     port: &Port,
     machine: &Machine,
     job: Job,
-    program: Option<&Program>,
+    mut work: Work<'_>,
 ) -> Outcome {
     let machine = &port.machine(machine);
+    work.record.plan_sha256 = book::plan_sha256(&job);
+    let (job, work) = match &args.resume {
+        Some(journal) => resumed(args, global, port, machine, journal, job, work)?,
+        None => (job, work),
+    };
     let proof = wire::lint(&job, machine).or_bad_input()?;
     let simulation = Simulation::of_port(&args.port.port)?;
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
@@ -110,17 +145,57 @@ pub fn run_job(
         return Ok(Exit::Ok);
     }
     operator.check_stops(&job).or_bad_input()?;
+    let mut journal = PortJournal::open(&port.path()?, &args.journal, machine, global)?;
+    if let Some(journal) = journal.as_ref().filter(|_| faults.is_none()) {
+        // Who homes does not care where the axes stand, nor who jogs raw.
+        match is_direct {
+            true => journal.check_unlocked(),
+            false => journal.check_position(&job, machine, global),
+        }?;
+    }
+    if args.resume.is_some() && !args.yes && !operator.can_ask() {
+        return Err(anyhow!("--resume starts nothing by itself: say --yes to what is shown").into());
+    }
     if !args.yes && !operator.asks("Start the job?") {
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
+    if let Some(program) = work.program.filter(|_| !global.quiet) {
+        operator.list(program.source.clone())?;
+    }
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
     }
-    match faults {
-        Some(faults) => simulate(&report, job, operator, faults, program),
-        None => send(args, port, &report, job, operator),
+    let journal = journal.as_mut().map(|opened| &mut opened.journal);
+    let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
+    let mut book = journal.map(|journal| Book::new(journal, record));
+    let outcome = match faults {
+        Some(faults) => simulate(&report, job, operator, faults, work.program, book.as_mut()),
+        None => send(args, port, &report, job, operator, book.as_mut()),
+    };
+    match book {
+        Some(book) => book.verdict(outcome),
+        None => outcome,
     }
+}
+
+/// What is left of a job, from where the machine stands; says what it will do.
+fn resumed<'w>(
+    args: &Args,
+    global: &Global,
+    port: &Port,
+    machine: &Machine,
+    journal: &Path,
+    job: Job,
+    mut work: Work<'w>,
+) -> Result<(Job, Work<'w>), Failure> {
+    let resume = Resume::of(journal, &work.record)?;
+    let (path, start) = (port.path()?, job.start_steps);
+    let stands = PortJournal::stands(&path, &args.journal, machine, start, global)?;
+    let plan = resume.plan(&job, stands, machine)?;
+    plan.told.iter().for_each(|line| say!("resume    {line}"));
+    (work.record.resumed, work.program) = (Some(plan.resumed), None);
+    Ok((plan.job, work))
 }
 
 /// Makes a job of commands as they come: it takes a tenth of their memory. The first error of the
@@ -137,10 +212,10 @@ pub fn gather<E>(
 }
 
 /// The job of a dump. Its seal stands at its end, and is checked before anything else is.
-fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
+fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure> {
     let open = || tape::Reader::open(source.clone()).or_bad_input();
     let mut reader = open()?;
-    let header = reader.header();
+    let header = reader.header().clone();
     let stranger = |what: &str| {
         let name = source.name();
         Err(anyhow!("{name} was made {what}; make it anew with `cnc interpolate --csv`"))
@@ -166,7 +241,8 @@ fn dump(source: &Source, machine: &Machine) -> Result<Job, Failure> {
     }
     let start_steps = header.start_steps;
     reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
-    gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()
+    let job = gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()?;
+    Ok((job, header))
 }
 
 /// Real nodes keep their own time.
@@ -184,6 +260,7 @@ fn simulate(
     mut operator: Terminal,
     faults: Vec<FaultSpec>,
     program: Option<&Program>,
+    book: Option<&mut Book<'_>>,
 ) -> Outcome {
     let machine = report.machine;
     let bus = &machine.bus;
@@ -193,7 +270,7 @@ fn simulate(
     let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
     let mut link = Sim::new(nodes.with_faults(faults));
     let timing = Timing::new(bus, 1.0);
-    let (job, ending) = stream(&mut link, machine, job, timing, &mut operator);
+    let (job, ending) = stream(&mut link, machine, job, timing, &mut operator, book)?;
     let nodes = link.nodes_mut();
     let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
     report.struck(&struck, asked);
@@ -236,26 +313,40 @@ fn send(
     report: &Report<'_>,
     job: Job,
     mut operator: Terminal,
+    book: Option<&mut Book<'_>>,
 ) -> Outcome {
     let machine = report.machine;
     let speed = args.speed.unwrap_or(Speed::Times(1.0));
     let timing = port.timing(&machine.bus, speed);
     let port = port.open(&machine.bus, |note| operator.say(note))?;
     let mut link = Paced::new(port, speed);
-    let (_, ending) = stream(&mut link, machine, job, timing, &mut operator);
+    let (_, ending) = stream(&mut link, machine, job, timing, &mut operator, book)?;
     report.ending(&ending, link.priority())
 }
 
+/// Runs a job, and writes it down where there is a journal. The job has not begun when that cannot
+/// be written.
 fn stream(
     link: &mut impl Link,
     machine: &Machine,
     job: Job,
     timing: Timing,
     operator: &mut Terminal,
-) -> (Job, Ending) {
-    operator.bar.begin(job.ticks);
+    book: Option<&mut Book<'_>>,
+) -> anyhow::Result<(Job, Ending)> {
+    operator.watch(&job, machine);
+    let total = job.ticks;
     let mut master = Master::new(job, machine, timing);
-    let ending = drive(link, &mut master, operator);
+    let Some(book) = book else {
+        operator.bar.begin(total);
+        let ending = drive(link, &mut master, operator);
+        operator.bar.end();
+        return Ok((master.into_job(), ending));
+    };
+    book.begin(master.job(), machine)?;
+    operator.bar.begin(total);
+    let ending = drive(link, &mut master, &mut book.journaled(operator));
     operator.bar.end();
-    (master.into_job(), ending)
+    book.end(&ending);
+    Ok((master.into_job(), ending))
 }

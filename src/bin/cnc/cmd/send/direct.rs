@@ -8,6 +8,7 @@ use cnc::wire_io::Speed;
 use serde_json::{Value, json};
 
 use super::{Args, sim::Simulation};
+use crate::journal::JournalArgs;
 use crate::port::PortArgs;
 
 /// Where such a job goes, and how.
@@ -24,6 +25,8 @@ pub struct DirectArgs {
     /// Pace so many times faster, for virtual nodes that run at the same speed
     #[arg(long, value_name = "K|max")]
     pub speed: Option<Speed>,
+    #[command(flatten)]
+    pub journal: JournalArgs,
 }
 
 impl DirectArgs {
@@ -34,6 +37,7 @@ impl DirectArgs {
             dry_run: self.dry_run,
             yes: self.yes || !asks,
             speed: self.speed,
+            journal: self.journal.clone(),
             ..Args::default()
         }
     }

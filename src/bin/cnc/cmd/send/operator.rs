@@ -1,13 +1,15 @@
 //! The person at the terminal, or nobody.
 
 use std::io::{IsTerminal, stdin};
+use std::sync::Arc;
 
 use anyhow::anyhow;
-use cnc::base::{Event, Progress};
-use cnc::wire::{Job, Master, MasterEvent};
+use cnc::base::{Event, Machine, Source};
+use cnc::wire::{Job, Live, Master, MasterEvent};
 use cnc::wire_io::Operator;
 use rustix::event::{PollFd, PollFlags, Timespec};
 
+use super::live::{self, Listing};
 use super::{Bar, direct};
 use crate::args::Global;
 use crate::interrupt::Interrupts;
@@ -22,8 +24,12 @@ pub struct Terminal {
     interrupts: Interrupts,
     /// Interrupts that have been answered.
     told: usize,
+    /// One of them asked for a hold that has not come about yet.
+    holding: bool,
     /// A line or the end of standard input is an interrupt too.
     stops_on_input: bool,
+    live: Option<Live>,
+    listing: Option<Arc<Listing>>,
 }
 
 impl Terminal {
@@ -36,7 +42,10 @@ impl Terminal {
             verbose: global.verbose,
             interrupts,
             told: 0,
+            holding: false,
             stops_on_input: false,
+            live: None,
+            listing: None,
         }
     }
 
@@ -56,6 +65,22 @@ impl Terminal {
     /// From here on a line or the end of standard input stops what runs.
     pub fn stop_on_input(&mut self) {
         self.stops_on_input = true;
+    }
+
+    /// Whether there is somebody to ask.
+    pub fn can_ask(&self) -> bool {
+        self.can_ask
+    }
+
+    /// Shows a job while it runs, with the lines of the program that it was made from.
+    pub fn watch(&mut self, job: &Job, machine: &Machine) {
+        self.live = (job.ticks > 0).then(|| Live::new(job, machine));
+    }
+
+    /// The program whose lines are shown.
+    pub fn list(&mut self, source: Source) -> std::io::Result<()> {
+        self.listing = Some(Arc::new(Listing::new(source)?));
+        Ok(())
     }
 
     /// Asks for a yes; without a terminal the answer is yes, and no once the system wants an end.
@@ -80,39 +105,71 @@ impl Terminal {
         }
     }
 
-    /// A line from standard input; none at its end or when the operator interrupts.
+    /// Asks whether a job that is held goes on. What was typed before is no answer; no answer, or a
+    /// wish of the system to end, is no.
+    fn goes_on(&self) -> bool {
+        if !self.can_ask || self.interrupts.by_system().is_some() {
+            return false;
+        }
+        // What cannot be thrown away is read as an answer, and asked again.
+        let _ = rustix::termios::tcflush(stdin(), rustix::termios::QueueSelector::IFlush);
+        self.bar.suspend(|| {
+            loop {
+                say!("[g: go on, s: stop here]");
+                let answer = self.line().unwrap_or_else(|| "s".to_owned());
+                match answer.trim().to_lowercase().as_str() {
+                    "g" | "go" | "go on" => return true,
+                    "s" | "stop" | "q" => return false,
+                    _ => {}
+                }
+            }
+        })
+    }
+
+    /// A line from standard input; none at its end or when the operator interrupts. Read byte by
+    /// byte: what follows belongs to the next question.
     fn line(&self) -> Option<String> {
         let interrupts = self.interrupts.count();
         let wait = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+        let (input, mut line) = (stdin(), Vec::new());
         loop {
             if has_input(wait) {
-                let mut line = String::new();
-                return (stdin().read_line(&mut line).ok()? > 0).then_some(line);
+                let mut byte = [0];
+                match rustix::io::read(&input, &mut byte) {
+                    Ok(0) | Err(_) => return None,
+                    Ok(_) if byte == *b"\n" => break,
+                    Ok(_) => line.extend(byte),
+                }
             }
             if self.interrupts.count() > interrupts {
                 return None;
             }
         }
+        Some(String::from_utf8_lossy(&line).into_owned())
     }
 }
 
 impl Operator for Terminal {
     fn event(&mut self, event: &MasterEvent) {
+        if let Some(live) = &mut self.live {
+            live.event(event);
+        }
         match event {
             MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
-            MasterEvent::Filling { buffer, unit } if self.verbose => {
+            MasterEvent::Filling { buffer, unit, .. } if self.verbose => {
                 self.say(&format!("buffer {buffer}: {unit} is filled"));
             }
             MasterEvent::Started { buffer } if self.verbose => {
                 self.say(&format!("buffer {buffer}: started"));
             }
-            MasterEvent::Homing { axis } => self.say(&format!("{axis} runs to its switch")),
+            MasterEvent::Homing { axis } => {
+                self.say(&format!("{axis} runs to its switch; nothing sent can stop it"));
+            }
             MasterEvent::Homed(run) => self.say(&direct::told(run)),
             MasterEvent::Jogging { axis } => self.say(&format!("{axis} jogs")),
             MasterEvent::Jogged { axis, steps } => {
                 self.say(&format!("{axis} has stopped; by the clock it has made {steps} steps"));
             }
-            MasterEvent::Held { line } => self.say(&format!("held before line {line}")),
             _ => {}
         }
     }
@@ -122,10 +179,26 @@ impl Operator for Terminal {
         self.ignore_stops || self.asks("All nodes are idle. Go on?")
     }
 
+    fn held(&mut self, master: &Master) -> bool {
+        let (progress, axes) = (master.progress(), master.axes());
+        let axes = axes.iter().map(|end| format!("{} {:.3}", end.axis, end.position_mm));
+        let axes = axes.collect::<Vec<_>>().join(", ");
+        let (ticks, all) = (progress.ticks, master.job().ticks);
+        let line = progress.line;
+        self.say(&format!("held after tick {ticks} of {all}, line {line}, at {axes}"));
+        let goes_on = self.goes_on();
+        self.holding = false;
+        self.told = self.interrupts.count();
+        goes_on
+    }
+
     fn progress(&mut self, master: &Master) {
-        let progress = master.progress();
-        self.bar.buffer(progress.buffer);
-        self.bar.set(progress.ticks, progress.line);
+        let Some(live) = &mut self.live else { return };
+        live.update(master);
+        if self.bar.is_due() {
+            let (reading, listing) = (live.reading(master), self.listing.clone());
+            self.bar.show(move || live::shown(&reading, listing.as_deref()));
+        }
     }
 
     fn interrupts(&mut self) -> usize {
@@ -134,15 +207,17 @@ impl Operator for Terminal {
             return count.max(1);
         }
         if count > self.told {
-            self.told = count;
+            let more = count > self.told + 1 || self.holding;
+            (self.told, self.holding) = (count, true);
             let why = self.interrupts.by_system().map_or(String::new(), |why| format!("{why}: "));
-            self.say(&if count == 1 {
-                format!(
-                    "{why}stopping where the axes are slow enough; a second Ctrl-C does not wait for \
-                     that"
-                )
-            } else {
+            let where_to = match self.live {
+                Some(_) => "where the axes are slow enough",
+                None => "when the axis under way is at its switch",
+            };
+            self.say(&if more {
                 format!("{why}stopping at once")
+            } else {
+                format!("{why}stopping {where_to}; a second Ctrl-C does not wait for that")
             });
         }
         count

@@ -200,6 +200,7 @@ impl Report<'_> {
                     "steps": end.counted.then_some(end.steps),
                     "position_mm": end.counted.then_some(end.position_mm),
                     "state": end.position.name(),
+                    "why": end.why.map(|why| why.to_string()),
                 });
                 if let Some(run) = ending.homed.iter().find(|run| run.axis == end.axis) {
                     state["homed"] = direct::as_json(run);
@@ -244,9 +245,7 @@ impl Report<'_> {
             let state = match end.position {
                 Position::Known => "known",
                 Position::KnownUntilPowerOff => "known until its node is switched off",
-                Position::Unconfirmed => {
-                    "not confirmed: other nodes have acknowledged its ticks, its own could not be asked"
-                }
+                Position::Unconfirmed => "not confirmed",
                 Position::Unknown => "unknown from here on: home it",
             };
             let unit = unit(end.axis);
@@ -254,7 +253,13 @@ impl Report<'_> {
                 say!("{} is at no known position: home it", end.axis);
                 continue;
             }
-            say!("{} at {:.3} {unit} (step {}), {state}", end.axis, end.position_mm, end.steps);
+            let why = end.why.map_or(String::new(), |why| format!("; {why}"));
+            say!(
+                "{} at {:.3} {unit} (step {}), {state}{why}",
+                end.axis,
+                end.position_mm,
+                end.steps
+            );
         }
         if ending.power_cycle && self.is_direct {
             say!("what the nodes do now cannot be known: switch all of them off and on, then home");
@@ -304,7 +309,8 @@ fn told(event: &Event) -> String {
     format!("line {}: {}", event.line, event.kind)
 }
 
-fn clock(seconds: f64) -> String {
+/// A time in hours, minutes and seconds.
+pub fn clock(seconds: f64) -> String {
     let s = seconds.ceil() as u64;
     format!("{}:{:02}:{:02} h", s / 3600, s / 60 % 60, s % 60)
 }

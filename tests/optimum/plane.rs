@@ -1,20 +1,15 @@
-//! The plan against the least time under the same rules, found another way: by integrating u = v²
-//! forwards and backwards over thousands of points of the path, with no pieces, no windows and no
-//! closed forms. Nothing of the planner is used for the bound.
-
-use std::convert::Infallible;
-use std::f64::consts::TAU;
+//! The least time with constant accelerations, found another way: by integrating u = v² forwards and
+//! backwards over thousands of points of the path, with no pieces, no windows and no closed forms.
+//! Nothing of the planner is used.
 
 use cnc::base::{Axis, Machine, Point};
-use cnc::interp::MoveKind;
-use cnc::path::{self, PathItem, Rates, Segment};
-use cnc::plan::{self, Feed, Planned, Seams};
+use cnc::path::{Curve, Rates, Segment};
 
-mod ways;
-use ways::{arc, at, line, moves};
-
-/// Points of the bound, over the whole path.
+/// Points over the whole path.
 const POINTS: usize = 60_000;
+
+/// Points of a segment at least.
+const POINTS_MIN: usize = 100;
 
 /// A point of the path: the way to the next, what holds the speed, how position changes.
 struct Sample {
@@ -35,9 +30,9 @@ fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
     for (number, segment) in segments.iter().enumerate() {
         let begins = number.checked_sub(1).map(|before| &met[before]);
         let bends = [begins, met.get(number)].map(|met| met.map_or(Point::ZERO, |met| met.bend));
-        let is_line = segment.curve == path::Curve::Line;
+        let is_line = segment.curve == Curve::Line;
         let length_mm = segment.length_mm();
-        let count = ((POINTS as f64 * length_mm / total_mm) as usize).max(200);
+        let count = ((POINTS as f64 * length_mm / total_mm) as usize).max(POINTS_MIN);
         for k in 0..=count {
             let share = k as f64 / count as f64;
             let mut rates = segment.rates_at(share);
@@ -64,14 +59,16 @@ fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
 }
 
 /// Where two segments meet.
-struct Met {
-    limit_sq: f64,
+pub struct Met {
+    /// Square of the greatest speed.
+    pub limit_sq: f64,
     /// In a chopped curve, how much it bends.
     bend: Point,
 }
 
 impl Met {
-    fn of(before: &Segment, after: &Segment, machine: &Machine) -> Met {
+    /// Of two segments.
+    pub fn of(before: &Segment, after: &Segment, machine: &Machine) -> Met {
         let [end, start] = [before.rates_at(1.0), after.rates_at(0.0)];
         let tick_s = f64::from(machine.bus.tick_us) * 1e-6;
         let lengths = [before.length_mm(), after.length_mm()];
@@ -133,7 +130,8 @@ fn accel_mm_s2(rates: &Rates, speed_sq: f64, sign: f64, machine: &Machine) -> f6
     least.max(0.0)
 }
 
-fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
+/// The least time from rest to rest.
+pub fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
     let samples = samples(segments, machine);
     let mut speed_sq: Vec<f64> = samples.iter().map(|sample| sample.limit_sq).collect();
     let last = speed_sq.len() - 1;
@@ -150,107 +148,4 @@ fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
         time_s += if samples[k].way_mm > 0.0 { 2.0 * samples[k].way_mm / ends } else { 0.0 };
     }
     time_s
-}
-
-fn planned_s(segments: &[Segment], machine: &Machine) -> f64 {
-    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
-    let plan = plan::plan(items, machine, Feed::LookAhead, Seams::NONE, Point::ZERO);
-    let time = |planned: Result<Planned, Infallible>| match planned {
-        Ok(Planned::Profile(profile)) => profile.ramp.duration_s(),
-        _ => 0.0,
-    };
-    plan.map(time).sum()
-}
-
-/// A built-in machine whose axes have no limit on jerk.
-fn machine(name: &str) -> Machine {
-    let mut machine = Machine::load(name).unwrap();
-    machine.axes.iter_mut().for_each(|axis| axis.jerk_max_mm_s3 = None);
-    machine
-}
-
-fn check(name: &str, way: &[(Point, MoveKind)]) {
-    let segments = moves(way);
-    for machine in ["starmill", "router"].map(machine) {
-        let (planned_s, least_s) = (planned_s(&segments, &machine), least_s(&segments, &machine));
-        let ratio = planned_s / least_s;
-        let told = format!("{name} on {}: {planned_s:.4} s, least {least_s:.4} s", machine.id);
-        assert!((0.998..1.01).contains(&ratio), "{told}: {ratio:.4}");
-    }
-}
-
-const FEEDS_MM_MIN: [f64; 3] = [300.0, 1200.0, 30_000.0];
-
-#[test]
-fn squares() {
-    for feed in FEEDS_MM_MIN {
-        let corners = [at(40.0, 0.0, 0.0), at(40.0, 40.0, 0.0), at(0.0, 40.0, 0.0), Point::ZERO];
-        check("square", &corners.map(|to| (to, line(feed))));
-    }
-}
-
-#[test]
-fn rounded_squares() {
-    for feed in FEEDS_MM_MIN {
-        let way = [
-            (at(30.0, 0.0, 0.0), line(feed)),
-            (at(35.0, 5.0, 0.0), arc(feed, [30.0, 5.0], true, 0)),
-            (at(35.0, 35.0, 0.0), line(feed)),
-            (at(30.0, 40.0, 0.0), arc(feed, [30.0, 35.0], true, 0)),
-            (at(0.0, 40.0, 0.0), line(feed)),
-        ];
-        check("rounded square", &way);
-    }
-}
-
-#[test]
-fn zigzags() {
-    for feed in FEEDS_MM_MIN {
-        let to = |k: u32| at(f64::from(k.div_ceil(2)), f64::from(k / 2), 0.0);
-        let way: Vec<_> = (1..=100).map(|k| (to(k), line(feed))).collect();
-        check("zigzag", &way);
-    }
-}
-
-#[test]
-fn circles_native_and_chopped() {
-    for feed in FEEDS_MM_MIN {
-        check("circle", &[(Point::ZERO, arc(feed, [20.0, 0.0], false, 0))]);
-        let chords = 251;
-        let to = |k: u32| {
-            let angle = TAU * f64::from(k) / f64::from(chords);
-            at(20.0 - 20.0 * angle.cos(), 20.0 * angle.sin(), 0.0)
-        };
-        let way: Vec<_> = (1..=chords).map(|k| (to(k), line(feed))).collect();
-        check("chopped circle", &way);
-    }
-}
-
-#[test]
-fn helices() {
-    for feed in FEEDS_MM_MIN {
-        check("helix", &[(at(0.0, 0.0, 10.0), arc(feed, [10.0, 0.0], true, 4))]);
-    }
-}
-
-/// A chopped arc is never run faster than the arc can be.
-#[test]
-fn chopped_arcs_are_no_faster_than_arcs() {
-    for machine in ["starmill", "router"].map(machine) {
-        for (radius_mm, chord_mm) in [(2.0, 0.05), (5.0, 0.1), (20.0, 0.5), (50.0, 0.2)] {
-            let native = moves(&[(Point::ZERO, arc(60_000.0, [radius_mm, 0.0], false, 0))]);
-            let chords = (TAU * radius_mm / chord_mm).ceil();
-            let to = |k: u32| {
-                let angle = TAU * f64::from(k) / chords;
-                at(radius_mm - radius_mm * angle.cos(), radius_mm * angle.sin(), 0.0)
-            };
-            let way: Vec<_> = (1..=chords as u32).map(|k| (to(k), line(60_000.0))).collect();
-            let (chopped_s, native_s) =
-                (planned_s(&moves(&way), &machine), least_s(&native, &machine));
-            // The chords are shorter than the arc by (c/r)²/24, and end before what they bend into.
-            let shorter = 1.0 - (chord_mm / radius_mm).powi(2) / 20.0 - 1e-4;
-            let told = format!("{} r {radius_mm} c {chord_mm}: {chopped_s} {native_s}", machine.id);
-            assert!(chopped_s >= native_s * shorter, "{told}");
-        }
-    }
 }
