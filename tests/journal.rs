@@ -238,7 +238,7 @@ fn a_second_job_waits_for_the_first() {
     let nodes = bench.nodes();
     let mut host = bench.send(&nodes.pty, &[]).spawn().unwrap();
     bench.await_tick(20);
-    check(&bench.send(&nodes.pty, &[]).output().unwrap(), 3, "a job runs on this port");
+    check(&bench.send(&nodes.pty, &[]).output().unwrap(), 3, "in use by cnc (pid");
     host.kill().unwrap();
     host.wait().unwrap();
 }

@@ -37,7 +37,8 @@ impl Folder {
     /// `cnc send` in this folder.
     fn send(&self, port: &Path, args: &[&str]) -> Process {
         let mut process = cnc();
-        process.current_dir(self.0.path()).arg("send").arg(port).arg("job.nc").args(args);
+        process.current_dir(self.0.path()).env("XDG_STATE_HOME", self.0.path());
+        process.arg("send").arg(port).arg("job.nc").args(args);
         process.stdout(Stdio::piped()).stderr(Stdio::piped());
         process
     }
@@ -188,6 +189,7 @@ fn a_hang_up_that_is_ignored_does_not_end_a_job() {
     );
     let mut shell = Process::new("sh");
     shell.args(["-c", &script]).current_dir(folder.0.path());
+    shell.env("XDG_STATE_HOME", folder.0.path());
     let host = shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(400));
     kill_process(Pid::from_child(&host), Signal::HUP).unwrap();

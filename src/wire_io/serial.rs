@@ -79,16 +79,26 @@ impl Serial {
     /// # Errors
     /// See [`OpenError`]; each says what to do.
     pub fn open(path: &Path, baud: u32) -> Result<Serial, OpenError> {
-        let by = OpenDevices::scan(Path::new("/proc")).holders(path);
-        if !by.is_empty() && is_terminal(path) {
-            return Err(OpenError::Busy { port: path.to_owned(), by });
-        }
+        Serial::check_free(path)?;
         let name = path.to_string_lossy();
         let builder = serialport::new(name, baud).timeout(WRITE_WAIT);
         let port = TTYPort::open(&builder).map_err(|error| open_error(path, baud, &error))?;
         let other = |error: serialport::Error| open_error(path, baud, &error);
         port.clear(ClearBuffer::Input).map_err(other)?;
         Ok(Serial { port, path: path.to_owned() })
+    }
+
+    /// Looks whether another program has a port open, as far as this user may know. Whatever is
+    /// wrong else shows when the port is opened.
+    ///
+    /// # Errors
+    /// [`OpenError::Busy`].
+    pub fn check_free(path: &Path) -> Result<(), OpenError> {
+        let by = OpenDevices::scan(Path::new("/proc")).holders(path);
+        if by.is_empty() || !is_terminal(path) {
+            return Ok(());
+        }
+        Err(OpenError::Busy { port: path.to_owned(), by })
     }
 
     /// Time that ran out and signals are no failures: whoever calls looks at the clock and the stop.

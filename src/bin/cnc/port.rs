@@ -74,6 +74,11 @@ impl Port {
         }
     }
 
+    /// Looks whether another program has it open: that is said before its journal is looked at.
+    pub fn check_free(&self) -> Result<(), Failure> {
+        Serial::check_free(&self.path()?).or_bus()
+    }
+
     /// Opens it. `say` is told what works less well than it could.
     pub fn open(&self, bus: &Bus, say: impl Fn(&str)) -> Result<Serial, Failure> {
         let path = self.path()?;

@@ -73,8 +73,8 @@ pub struct Rounding<'a> {
     runs: &'a [Run],
     /// For each lane, where the ceiling breaks next at or after its end.
     breaks_mm: Vec<f64>,
-    /// For each lane, the greatest braking of the ceiling up to there and just after.
-    steepest_mm_s2: Vec<f64>,
+    /// For each lane, the greatest braking of the ceiling from there on.
+    ahead_mm_s2: Vec<f64>,
     state: State,
     follows: bool,
     lane: usize,
@@ -87,18 +87,24 @@ impl<'a> Rounding<'a> {
     pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State, held: Vec<Part>) -> Rounding<'a> {
         let mut breaks_mm = vec![f64::INFINITY; lanes.len()];
         let own_mm_s2 = |lane: &Lane| (-lane.stretch.from.accel_mm_s2).max(0.0);
-        let mut steepest_mm_s2: Vec<f64> = lanes.iter().map(own_mm_s2).collect();
+        let mut ahead_mm_s2: Vec<f64> = lanes.iter().map(own_mm_s2).collect();
         for i in (1..lanes.len()).rev() {
             let (before, after) = (&lanes[i - 1], &lanes[i]);
             let drop_mm_s2 = before.stretch.end().accel_mm_s2 - after.stretch.from.accel_mm_s2;
             let breaks = drop_mm_s2 > after.step_mm_s2(&runs[after.run].piece);
             breaks_mm[i - 1] = if breaks { before.end_mm } else { breaks_mm[i] };
-            let next_mm_s2 = if breaks { own_mm_s2(after) } else { steepest_mm_s2[i] };
-            steepest_mm_s2[i - 1] = steepest_mm_s2[i - 1].max(next_mm_s2);
+            ahead_mm_s2[i - 1] = ahead_mm_s2[i - 1].max(ahead_mm_s2[i]);
         }
-        let (lane, follows, parts) = (0, false, Vec::new());
-        let mut rounding =
-            Rounding { lanes, runs, breaks_mm, steepest_mm_s2, state, follows, lane, parts };
+        let mut rounding = Rounding {
+            lanes,
+            runs,
+            breaks_mm,
+            ahead_mm_s2,
+            state,
+            follows: false,
+            lane: 0,
+            parts: Vec::new(),
+        };
         rounding.begin(held);
         rounding
     }
@@ -196,7 +202,7 @@ impl<'a> Rounding<'a> {
         let piece = &self.runs[self.lanes[lane].run].piece;
         let State { at_mm, speed_mm_s, accel_mm_s2 } = *state;
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
-        let turn_s = 2.0 * (accel_mm_s2.abs() + self.steepest_mm_s2[lane]) / jerk_mm_s3;
+        let turn_s = 2.0 * (accel_mm_s2.abs() + self.ahead_mm_s2[lane]) / jerk_mm_s3;
         let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
         at_mm + reach_mm < self.breaks_mm[lane]
     }
@@ -263,7 +269,7 @@ impl<'a> Rounding<'a> {
                 continue;
             }
             let end_mm = lane.end_mm.min(hit.at_mm);
-            let (stretches, end) = self.braking(lane, &state, end_mm);
+            let (stretches, end) = self.braking(number, &state, end_mm);
             if end.at_mm < end_mm {
                 return false;
             }
@@ -289,10 +295,11 @@ impl<'a> Rounding<'a> {
     }
 
     /// How an arc goes on from a state in a lane up to a place, and where it ends, there or at rest: its
-    /// braking grows with the jerk up to what the axes stand, and stays so.
-    fn braking(&self, lane: &Lane, from: &State, end_mm: f64) -> ([Stretch; 2], State) {
+    /// braking grows with the jerk up to what the axes stand, or the ceiling asks for, and stays so.
+    fn braking(&self, number: usize, from: &State, end_mm: f64) -> ([Stretch; 2], State) {
+        let lane = &self.lanes[number];
         let down_mm_s2 = self.runs[lane.run].braking_mm_s2(from.speed_mm_s);
-        let down_mm_s2 = down_mm_s2.max(-lane.stretch.from.accel_mm_s2);
+        let down_mm_s2 = down_mm_s2.max(self.ahead_mm_s2[number]);
         let from = State { accel_mm_s2: from.accel_mm_s2.max(-down_mm_s2), ..*from };
         let jerk_mm_s3 = self.jerk_mm_s3(lane, &from);
         let brakes_s = (from.accel_mm_s2 + down_mm_s2) / jerk_mm_s3;
@@ -349,9 +356,10 @@ impl<'a> Rounding<'a> {
             if entered && self.is_too_much(lane, &state) {
                 return Some(Hit { at_mm: state.at_mm, is_ceiling: false });
             }
-            let (stretches, end) = self.braking(lane, &state, lane.end_mm);
+            let (stretches, end) = self.braking(i, &state, lane.end_mm);
             let hit = stretches.iter().find_map(|arc| touch(arc, lane));
-            if hit.is_some() || end.at_mm < lane.end_mm {
+            let is_done = end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[i];
+            if hit.is_some() || is_done {
                 return hit;
             }
             state = end;

@@ -165,6 +165,9 @@ pub fn run_job(
         return Ok(Exit::Ok);
     }
     operator.check_stops(&job).or_bad_input()?;
+    if faults.is_none() {
+        port.check_free()?;
+    }
     let mut journal = PortJournal::open(&port.path()?, &args.journal, machine, global)?;
     if let Some(journal) = journal.as_ref().filter(|_| faults.is_none()) {
         // Who homes does not care where the axes stand, nor who jogs raw.
