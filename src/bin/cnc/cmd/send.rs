@@ -156,10 +156,7 @@ pub fn run_job(
     let runs_hooks = args.hooks || faults.is_none();
     report.job(&job, &calls, args.dry_run);
     report.hooks(&calls, runs_hooks, args.dry_run)?;
-    let (tools, _) = input::tools(args.motion.tools.as_deref())?;
-    let interrupts = Interrupts::watch()?;
-    let operator = Terminal::new(args.ignore_stops, global, interrupts).with_tools(tools);
-    let mut operator = if runs_hooks { operator.with_hooks(machine) } else { operator };
+    let mut operator = operator(args, global, machine, runs_hooks)?;
     if args.dry_run {
         report.dry_run(&job, &calls, &proof)?;
         return Ok(Exit::Ok);
@@ -189,9 +186,7 @@ pub fn run_job(
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
     }
-    let trace = args.trace.as_deref();
-    let speed = args.speed.filter(|_| faults.is_none()).unwrap_or(Speed::Times(1.0));
-    let tracing = trace.map(|trace| Tracing::create(trace, args, speed)).transpose()?;
+    let tracing = Tracing::create(args, faults.is_some())?;
     let journal = journal.as_mut().map(|opened| &mut opened.journal);
     let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
     let book = journal.map(|journal| Book::new(journal, record));
@@ -204,6 +199,19 @@ pub fn run_job(
         Some(book) => book.verdict(outcome),
         None => outcome,
     }
+}
+
+/// The person at the terminal, with what helps to do events.
+fn operator(
+    args: &Args,
+    global: &Global,
+    machine: &Machine,
+    runs_hooks: bool,
+) -> anyhow::Result<Terminal> {
+    let (tools, _) = input::tools(args.motion.tools.as_deref())?;
+    let interrupts = Interrupts::watch()?;
+    let operator = Terminal::new(args.ignore_stops, global, interrupts).with_tools(tools);
+    Ok(if runs_hooks { operator.with_hooks(machine) } else { operator })
 }
 
 /// What is left of a job, from where the machine stands; says what it will do.

@@ -17,27 +17,33 @@ pub struct Tracing {
     port: String,
     program: String,
     speed: Speed,
+    /// The job waits for the disk.
+    waits: bool,
 }
 
 impl Tracing {
-    /// Makes sure that the file can be written.
-    pub fn create(path: &Path, args: &Args, speed: Speed) -> anyhow::Result<Tracing> {
+    /// If a trace is wanted: makes sure that the file can be written.
+    pub fn create(args: &Args, is_simulated: bool) -> anyhow::Result<Option<Tracing>> {
+        let Some(path) = &args.trace else { return Ok(None) };
         let file = File::create(path).with_context(|| format!("trace {}", path.display()))?;
         let name = |path: &Path| path.display().to_string();
         let program = args.file.as_deref().map_or("blocks as typed".to_owned(), name);
-        Ok(Tracing { file, path: path.to_owned(), port: name(&args.port.port), program, speed })
+        let speed = args.speed.filter(|_| !is_simulated).unwrap_or(Speed::Times(1.0));
+        let waits = is_simulated || speed == Speed::Max;
+        let (path, port) = (path.to_owned(), name(&args.port.port));
+        Ok(Some(Tracing { file, path, port, program, speed, waits }))
     }
 
-    /// Begins it: the bus's time is 0 now. Nodes that keep no real time wait for the disk.
+    /// Begins it: the bus's time is 0 now.
     pub fn begin(self, machine: &Machine, job: &Job) -> anyhow::Result<Trace> {
         let header = TraceHeader::new(&self.port, self.speed, machine, &self.program, job);
-        let waits = self.speed == Speed::Max || self.port.starts_with("sim:");
         let path = self.path.display().to_string();
         let name = path.clone();
         let failed = move |error| {
             say!("trace {name} ends here: {error}; the job goes on without it");
         };
-        Trace::begin(self.file, &header, waits, failed).with_context(|| format!("trace {path}"))
+        Trace::begin(self.file, &header, self.waits, failed)
+            .with_context(|| format!("trace {path}"))
     }
 }
 
