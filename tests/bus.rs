@@ -345,7 +345,7 @@ fn every_kind_of_move_runs_as_planned() {
             .operator
             .events
             .iter()
-            .any(|event| matches!(event, MasterEvent::Event(event) if event.kind == kind))
+            .any(|event| matches!(event, MasterEvent::Event(event) | MasterEvent::Dwell(event) if event.kind == kind))
     };
     assert!(told("M3 S1200") && told("M30") && told("G4 P1"));
 }

@@ -240,6 +240,7 @@ fn check_faults(job: &Job, bytes: u64) -> BTreeSet<String> {
                 End::Failed(Fault::Unexpected { .. }) => "unexpected".to_owned(),
                 End::Failed(Fault::Early { .. }) => "early".to_owned(),
                 End::Failed(Fault::Port(_)) => "port".to_owned(),
+                End::Failed(Fault::Event { .. }) => "event".to_owned(),
             });
             if ran.struck == 0 {
                 assert_eq!(ran.ending.end, End::Done, "{fault}");

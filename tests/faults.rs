@@ -116,6 +116,8 @@ fn expected() -> impl Iterator<Item = String> {
         "hazard: was still stepping when the next tick came: the axes drift apart",
         "host: done",
         "host: early",
+        "host: event between buffers failed",
+        "host: event within a buffer failed",
         "host: interrupted",
         "host: no answer to command",
         "host: no answer to data",
@@ -145,6 +147,10 @@ fn expected() -> impl Iterator<Item = String> {
         "position: unknown, and wrong",
         "power cycle: false",
         "power cycle: true",
+        "replay: an answer is missing",
+        "replay: an answer too many",
+        "replay: another answer",
+        "replay: the same",
     ];
     faults.chain(other.map(str::to_owned))
 }

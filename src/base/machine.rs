@@ -7,6 +7,7 @@
 mod canonical;
 mod error;
 mod file;
+mod hooks;
 pub(in crate::base) mod keys;
 mod timing;
 
@@ -19,6 +20,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 pub use self::error::ProfileError;
+pub use self::hooks::{HOOK_TIMEOUT_S, Hook, Hooks, NoValue, Occasion, Trigger};
 pub use self::timing::{ANSWER_PAUSE_US, BufferTime, LISTEN_US, SPI_US};
 use crate::base::{Axis, AxisMap, Point};
 
@@ -60,6 +62,8 @@ pub struct Machine {
     /// Whether probes are taken to touch at the end of their move, and waits for inputs to end at
     /// once: to check programs, not to cut.
     pub assumed_inputs: bool,
+    /// Commands that do what programs ask for besides motion.
+    pub hooks: Hooks,
     toml: String,
 }
 
@@ -290,6 +294,7 @@ impl Machine {
                 bus.count_max
             ));
         }
+        warnings.extend(self.hooks.warning());
         warnings
     }
 

@@ -30,7 +30,11 @@ impl Tool {
 
 /// A tool table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tools(BTreeMap<u32, Tool>);
+pub struct Tools {
+    tools: BTreeMap<u32, Tool>,
+    /// What people call them.
+    names: BTreeMap<u32, String>,
+}
 
 /// Why a text is no tool table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -60,26 +64,42 @@ impl Tools {
 
     /// A tool by its number.
     pub fn get(&self, number: u32) -> Option<&Tool> {
-        self.0.get(&number)
+        self.tools.get(&number)
+    }
+
+    /// What people call a tool, if the table says it.
+    pub fn name(&self, number: u32) -> Option<&str> {
+        self.names.get(&number).map(String::as_str)
     }
 
     /// Whether there is no tool.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.tools.is_empty()
     }
 
     /// The numbers of all tools, in order.
     pub fn numbers(&self) -> impl Iterator<Item = u32> {
-        self.0.keys().copied()
+        self.tools.keys().copied()
     }
 
     /// A tool to change; it is made if there is none.
     pub(super) fn entry(&mut self, number: u32) -> &mut Tool {
-        self.0.entry(number).or_insert(Tool::NONE)
+        self.tools.entry(number).or_insert(Tool::NONE)
     }
 
-    fn add(&mut self, line: u64, number: u32, tool: Tool) -> Result<(), ToolsError> {
-        match self.0.insert(number, tool) {
+    fn add(
+        &mut self,
+        line: u64,
+        number: u32,
+        tool: Tool,
+        name: Option<&str>,
+    ) -> Result<(), ToolsError> {
+        let clean =
+            |name: &str| name.trim().chars().filter(|c| !c.is_control()).collect::<String>();
+        if let Some(name) = name.map(clean).filter(|name| !name.is_empty()) {
+            self.names.insert(number, name);
+        }
+        match self.tools.insert(number, tool) {
             None => Ok(()),
             Some(_) => {
                 Err(ToolsError { line, reason: format!("tool {number} stands there twice") })
@@ -99,7 +119,8 @@ fn parse_words(text: &str) -> Result<Tools, ToolsError> {
     let mut tools = Tools::default();
     for (line, row) in (1..).zip(text.lines()) {
         let fault = |reason: String| ToolsError { line, reason };
-        let row = row.split(';').next().unwrap_or_default().to_ascii_uppercase();
+        let (row, name) = row.split_once(';').map_or((row, None), |(row, name)| (row, Some(name)));
+        let row = row.to_ascii_uppercase();
         let (mut number, mut tool) = (None, Tool::NONE);
         // `T 1` and `T1` are the same.
         let mut words = row.split_ascii_whitespace();
@@ -117,7 +138,7 @@ fn parse_words(text: &str) -> Result<Tools, ToolsError> {
             }
         }
         match number {
-            Some(number) => tools.add(line, number, tool)?,
+            Some(number) => tools.add(line, number, tool, name)?,
             None if row.trim().is_empty() => {}
             None => return Err(fault("there is no T word, the tool's number".to_owned())),
         }
@@ -132,6 +153,7 @@ enum Column {
     Diameter,
     Radius,
     Orientation,
+    Name,
     PassedOver,
 }
 
@@ -142,7 +164,8 @@ fn column(name: &str) -> Option<Column> {
         "diameter" | "d" => Column::Diameter,
         "radius" => Column::Radius,
         "orientation" | "q" => Column::Orientation,
-        "pocket" | "name" | "comment" | "description" => Column::PassedOver,
+        "name" | "comment" | "description" => Column::Name,
+        "pocket" => Column::PassedOver,
         _ => match name.as_bytes() {
             [letter] => Column::Offset(Axis::from_letter(letter.to_ascii_uppercase())?),
             _ => return None,
@@ -175,12 +198,13 @@ fn parse_csv(text: &str) -> Result<Tools, ToolsError> {
         let record = record.map_err(broken)?;
         let line = record.position().map_or(1, csv::Position::line);
         let fault = |reason: String| ToolsError { line, reason };
-        let (mut number, mut tool) = (None, Tool::NONE);
+        let (mut number, mut tool, mut name) = (None, Tool::NONE, None);
         for (column, value) in columns.iter().zip(&record) {
             match column {
                 Column::Number => number = Some(tool_number(value).map_err(fault)?),
                 Column::PassedOver => {}
                 _ if value.is_empty() => {}
+                Column::Name => name = name.or(Some(value)),
                 Column::Offset(axis) => tool.offset_mm[*axis] = length_mm(value).map_err(fault)?,
                 Column::Diameter => tool.diameter_mm = length_mm(value).map_err(fault)?,
                 Column::Radius => tool.diameter_mm = 2.0 * length_mm(value).map_err(fault)?,
@@ -188,7 +212,7 @@ fn parse_csv(text: &str) -> Result<Tools, ToolsError> {
             }
         }
         let number = number.ok_or_else(|| fault("there is no column 'tool'".to_owned()))?;
-        tools.add(line, number, tool)?;
+        tools.add(line, number, tool, name)?;
     }
     Ok(tools)
 }
@@ -225,6 +249,9 @@ mod tests {
         assert_eq!(tool("; table\nT1 P1 Z12.5 D6 ;x\n\nT2 P2 D+3.0 z-1 Q0\n", 2), (-1.0, 3.0));
         assert_eq!(tool("T 1 P 1 Z 12.5 D 6\n", 1), (12.5, 6.0));
         assert!(Tools::parse("tool,z\n").unwrap().is_empty());
+        for text in ["tool,comment,z\n3,small drill,1\n", "T3 Z1 ; small drill\n"] {
+            assert_eq!(Tools::parse(text).unwrap().name(3), Some("small drill"));
+        }
     }
 
     #[test]

@@ -18,7 +18,10 @@ mod node;
 mod nodes;
 mod order;
 mod pacing;
+mod places;
+mod replay;
 mod report;
+mod seal;
 mod splice;
 
 pub use direct::{Audit, Direct, DirectError, Home, HomeRun, RawJog, homing, raw_jog};
@@ -32,4 +35,5 @@ pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, HOME_STEPS, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
 pub use pacing::{Pacing, PacingFigures, SLIDE_US};
+pub use replay::{Answer, Difference, Planned, Reached, Replay, in_step, reached};
 pub use report::{AxisEnd, Doubt, During, End, Ending, Fault, Position};

@@ -45,6 +45,8 @@ pub struct Nodes {
     sync_wait_us_max: u64,
     wire_free_ns: u64,
     on_wire: VecDeque<OnWire>,
+    /// Bytes of the host that have reached the nodes.
+    heard: u64,
     /// What each node did before it heard the last byte.
     before: Vec<Activity>,
     answers: VecDeque<Answer>,
@@ -68,6 +70,8 @@ struct Answer {
     byte: u8,
     /// The node, by its place.
     of: usize,
+    /// Bytes of the host that had reached the nodes when it began.
+    heard: u64,
 }
 
 impl Nodes {
@@ -94,6 +98,7 @@ impl Nodes {
             sync_wait_us_max,
             wire_free_ns: 0,
             on_wire: VecDeque::new(),
+            heard: 0,
             before: Vec::new(),
             answers: VecDeque::new(),
             log: VecDeque::new(),
@@ -138,6 +143,7 @@ impl Nodes {
     pub fn advance(&mut self, now_us: u64) {
         while self.on_wire.front().is_some_and(|next| next.arrival_us <= now_us) {
             let Some(next) = self.on_wire.pop_front() else { break };
+            self.heard += 1;
             self.before.clear();
             self.before.extend(self.nodes.iter().map(|(_, node)| node.activity()));
             for at in 0..self.nodes.len() {
@@ -153,10 +159,14 @@ impl Nodes {
 
     /// The next byte that has reached the host by `now_us`.
     pub fn poll_answer(&mut self, now_us: u64) -> Option<u8> {
-        let answer = self.answers.front().filter(|answer| answer.arrival_us <= now_us)?;
-        let byte = answer.byte;
+        self.poll_heard_answer(now_us).map(|(_, _, byte)| byte)
+    }
+
+    /// The same, with when it reached the host, and how many of the host's bytes it came upon.
+    pub fn poll_heard_answer(&mut self, now_us: u64) -> Option<(u64, u64, u8)> {
+        let answer = *self.answers.front().filter(|answer| answer.arrival_us <= now_us)?;
         self.answers.pop_front();
-        Some(byte)
+        Some((answer.arrival_us, answer.heard, answer.byte))
     }
 
     /// When [`Nodes::advance`] or [`Nodes::poll_answer`] has something to do next.
@@ -194,7 +204,7 @@ impl Nodes {
         }
         runs.sort_by_key(|(_, run)| run.start_us);
         let mut ticks = Vec::new();
-        let groups = runs.chunk_by(|(_, a), (_, b)| b.start_us - a.start_us < SAME_START_US);
+        let groups = runs.chunk_by(|(_, a), (_, b)| Nodes::same_start(a.start_us, b.start_us));
         for (buffer, group) in (0..).zip(groups) {
             let executed = group.iter().map(|(_, run)| run.bytes.len()).max().unwrap_or(0);
             for tick in 0..executed {
@@ -206,6 +216,11 @@ impl Nodes {
             }
         }
         ticks
+    }
+
+    /// Whether runs that start at these times were started by the same pair.
+    pub fn same_start(a_us: u64, b_us: u64) -> bool {
+        a_us.abs_diff(b_us) < SAME_START_US
     }
 
     /// One node hears a byte, or what faults make of it.
@@ -235,7 +250,7 @@ impl Nodes {
             let faults = self.faults.answer(start_us);
             let late_us: u64 = faults.iter().map(late_us).sum();
             let arrival_us = start_us + late_us + self.byte_us();
-            let mut answer = Answer { arrival_us, byte, of: at };
+            let mut answer = Answer { arrival_us, byte, of: at, heard: self.heard };
             let mut copies = 1;
             for fault in faults {
                 match fault.kind {

@@ -92,6 +92,16 @@ pub enum Fault {
     /// The port failed.
     #[error("{0}")]
     Port(String),
+    /// What the program asks for besides motion could not be done.
+    #[error("line {line}: {event}: {reason}")]
+    Event {
+        /// NC line of the event.
+        line: u32,
+        /// The event, as in a dump.
+        event: String,
+        /// Who was to do it, and what became of that.
+        reason: String,
+    },
 }
 
 fn remedy(during: During) -> &'static str {

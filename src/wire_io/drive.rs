@@ -1,14 +1,24 @@
 //! A master and a link → a job done, or the reason why not.
 
+use std::time::Duration;
+
 use crate::base::Event;
 use crate::wire::{Ending, Master, MasterEvent};
+use crate::wire_io::hands::Hands;
 use crate::wire_io::link::{Link, LinkError};
+
+/// How often it is asked whether an event is done.
+const LOOK: Duration = Duration::from_millis(2);
 
 /// Whoever runs the job: is told, is asked, and may interrupt.
 pub trait Operator {
-    /// Told of every event that asks nothing.
+    /// Told of every event.
     fn event(&mut self, event: &MasterEvent);
-    /// An event waits for a person, all nodes idle: go on?
+    /// Who does what the program asks for besides motion; with nobody there it is passed.
+    fn hands(&mut self) -> Option<&mut dyn Hands> {
+        None
+    }
+    /// An event waits for a person, all nodes idle, after what hands could do about it: go on?
     fn pause(&mut self, event: &Event) -> bool;
     /// A hold took effect, of which [`Operator::event`] has told: go on? Nobody there: no.
     fn held(&mut self, _master: &Master) -> bool {
@@ -38,15 +48,16 @@ fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) 
         while let Some(event) = master.poll_event() {
             match &event {
                 MasterEvent::Ended(ending) => return ending.clone(),
-                MasterEvent::Pause(pause) => {
+                MasterEvent::Event(asked) | MasterEvent::Pause(asked) => {
+                    operator.event(&event);
                     link.urgent(false);
-                    let go_on = operator.pause(pause);
-                    link.urgent(true);
-                    if go_on {
-                        master.resume(link.now_us());
-                    } else {
+                    let is_done = perform(link, master, operator, asked, interrupts);
+                    let waits = is_done && matches!(event, MasterEvent::Pause(_));
+                    if waits && !operator.pause(asked) {
                         master.abandon();
                     }
+                    link.urgent(true);
+                    master.event_done(link.now_us());
                 }
                 MasterEvent::Held { .. } => {
                     operator.event(&event);
@@ -74,6 +85,37 @@ fn run(link: &mut impl Link, master: &mut Master, operator: &mut impl Operator) 
             master.fail_port(error.to_string());
         }
     }
+}
+
+/// Has an event done, and says whether it is. The operator's stop ends what is under way, and the job
+/// with it; so do bytes that nobody asked for, and the end of the port.
+fn perform(
+    link: &mut impl Link,
+    master: &mut Master,
+    operator: &mut impl Operator,
+    event: &Event,
+    interrupts: usize,
+) -> bool {
+    let at_steps = *master.position_steps();
+    let Some(hands) = operator.hands() else { return true };
+    let mut done = hands.begin(event, &at_steps).and_then(|()| hands.is_done());
+    let mut bytes = Vec::new();
+    while done == Ok(false) {
+        let listened = link.idle(&mut bytes, LOOK);
+        match listened {
+            Ok(()) => master.handle_bytes(link.now_us(), &std::mem::take(&mut bytes)),
+            Err(error) => master.fail_port(error.to_string()),
+        }
+        let stopped = operator.interrupts() > interrupts;
+        let Some(hands) = operator.hands() else { return true };
+        if stopped || !master.waits_for_event() {
+            hands.stop();
+            master.event_stopped();
+            return false;
+        }
+        done = hands.is_done();
+    }
+    done.map_err(|reason| master.event_failed(event, reason)).is_ok()
 }
 
 /// Sends what is due, and takes what comes. What has not come by a time is late only if the port has

@@ -51,6 +51,16 @@ pub trait Link {
         answer_from_us: Option<u64>,
     ) -> Result<(), LinkError>;
 
+    /// Lets our time pass while something else is under way, and adds bytes that come in it. On a
+    /// simulated bus no time passes then, so that runs are repeatable, and nothing comes.
+    ///
+    /// # Errors
+    /// When the link fails.
+    fn idle(&mut self, _bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
+        std::thread::sleep(wait);
+        Ok(())
+    }
+
     /// From here on, or no longer, the thread must not be held up by others.
     fn urgent(&mut self, _urgent: bool) {}
 
@@ -141,6 +151,10 @@ impl<P: Port> Link for Paced<P> {
         }
         self.read(bytes, Duration::ZERO)?;
         Ok(())
+    }
+
+    fn idle(&mut self, bytes: &mut Vec<u8>, wait: Duration) -> Result<(), LinkError> {
+        self.read(bytes, wait).map(drop)
     }
 
     fn urgent(&mut self, urgent: bool) {

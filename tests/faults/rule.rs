@@ -10,9 +10,10 @@ use cnc::base::machine::{Master as MasterChoice, Unit};
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::wire::{
     Activity, During, End, Ending, Entry, Fault, FaultKind, FaultSpec, Faults, Happening, Job,
-    Master, MasterEvent, Node, Nodes, Phase, Position, Random, Struck, Timing, Who, lint,
+    Master, MasterEvent, Node, Nodes, Phase, Position, Random, Reached, Replay, Struck, Timing,
+    Who, lint, reached,
 };
-use cnc::wire_io::{Link, Operator, Sim, drive};
+use cnc::wire_io::{Hands, Link, Operator, Sim, TraceLine, Traced, drive};
 
 /// A job that has run.
 pub struct Ran {
@@ -22,6 +23,9 @@ pub struct Ran {
     pub struck: Vec<Struck>,
     pub ending: Ending,
     pub log: Vec<Entry>,
+    machine: Machine,
+    /// All bytes both ways, as `--trace` writes them.
+    trace: Vec<TraceLine>,
     nodes: Vec<(Unit, Node)>,
     difference: Option<(u64, u32)>,
 }
@@ -30,10 +34,39 @@ pub struct Ran {
 struct Person {
     stop_at: Option<u64>,
     stopped: bool,
+    helper: Helper,
+}
+
+/// Does events, or fails to do one.
+struct Helper {
+    /// How many it has begun.
+    begun: u64,
+    fails_at: Option<u64>,
+    /// Whether it is asked twice.
+    slow: bool,
+    asked: bool,
+}
+
+impl Hands for Helper {
+    fn begin(&mut self, _: &Event, _: &AxisMap<i64>) -> Result<(), String> {
+        self.begun += 1;
+        self.asked = false;
+        Ok(())
+    }
+    fn is_done(&mut self) -> Result<bool, String> {
+        if self.fails_at == Some(self.begun) {
+            return Err("cannot".to_owned());
+        }
+        Ok(std::mem::replace(&mut self.asked, true) || !self.slow)
+    }
+    fn stop(&mut self) {}
 }
 
 impl Operator for Person {
     fn event(&mut self, _: &MasterEvent) {}
+    fn hands(&mut self) -> Option<&mut dyn Hands> {
+        Some(&mut self.helper)
+    }
     fn pause(&mut self, _: &Event) -> bool {
         true
     }
@@ -69,9 +102,12 @@ fn machine(random: &mut Random, entries: u32) -> Machine {
     machine
 }
 
-/// Movements from rest to rest, one a buffer.
+/// Movements from rest to rest, one a buffer, with events between and within them.
 fn commands(random: &mut Random, entries: u32) -> Vec<Command> {
     let mut commands = Vec::new();
+    // Drawn apart, so that the motion of a seed stays what it is.
+    let mut events = Random(!random.0);
+    let event = |text: &str, line| Command::Event(Event { line, kind: text.parse().unwrap() });
     for buffer in 0..1 + random.below(3) as u32 {
         let mut peak = [0_i32; 3];
         for axis in &mut peak {
@@ -80,8 +116,16 @@ fn commands(random: &mut Random, entries: u32) -> Vec<Command> {
             }
         }
         peak[random.below(3) as usize] = 1 + random.below(9) as i32;
+        if events.below(3) == 0 {
+            let kind = ["M3 S800", "M6 T2", "M0", "G4 P0.01"][events.below(4) as usize];
+            commands.push(event(kind, buffer + 1));
+        }
+        let within = (events.below(4) == 0).then(|| ["M8", "G4 P0.02"][events.below(2) as usize]);
         let ticks = 6 + random.below(u64::from(entries) - 10) as i32;
         for at in 0..ticks {
+            if let Some(kind) = within.filter(|_| at == 2) {
+                commands.push(event(kind, buffer + 1));
+            }
             let limit = 1 + at.min(ticks - 1 - at);
             let mut counts = AxisMap::default();
             for (axis, peak) in Axis::LINEAR.into_iter().zip(peak) {
@@ -127,14 +171,20 @@ pub fn run_with(
     let nodes = Nodes::new(&machine, units, &job.start_steps, 250).with_faults(injected);
     let mut sim = Sim::new(nodes);
     let mut master = Master::new(job.clone(), &machine, Timing::new(&machine.bus, 1.0));
-    let ending = drive(&mut sim, &mut master, &mut Person { stop_at, stopped: false });
+    // Where nothing else goes wrong.
+    let fails = faults.is_empty() && seed.is_multiple_of(20);
+    let fails_at = fails.then_some(1 + seed / 20 % 2);
+    let helper = Helper { begun: 0, fails_at, slow: seed.is_multiple_of(16), asked: false };
+    let mut link = Traced::new(&mut sim, Some(Vec::new()));
+    let ending = drive(&mut link, &mut master, &mut Person { stop_at, stopped: false, helper });
+    let trace = link.into_trace().unwrap_or_default();
     sim.drain();
     let nodes = sim.nodes_mut();
     let struck = std::iter::from_fn(|| nodes.poll_struck()).collect();
     let log = std::iter::from_fn(|| nodes.poll_log()).collect();
     let difference = job.first_difference(&nodes.executed());
     let nodes = nodes.iter().map(|(unit, node)| (unit, node.clone())).collect();
-    Ran { seed, job, faults, struck, ending, log, nodes, difference }
+    Ran { seed, job, faults, struck, ending, log, machine, trace, nodes, difference }
 }
 
 /// Nodes of which no host can know, since of these faults nothing comes back to it (H14):
@@ -181,7 +231,9 @@ fn holds_buffer(ran: &Ran, who: Who, at_us: u64) -> bool {
 /// Holds a run against the rule.
 pub fn judge(ran: &Ran) -> Result<(), String> {
     let blind = blind(ran);
-    if ran.struck.is_empty() && !matches!(ran.ending.end, End::Done | End::Interrupted) {
+    let is_without =
+        matches!(ran.ending.end, End::Done | End::Interrupted | End::Failed(Fault::Event { .. }));
+    if ran.struck.is_empty() && !is_without {
         return Err("a job without a fault failed".to_owned());
     }
     for (unit, node) in &ran.nodes {
@@ -189,6 +241,7 @@ pub fn judge(ran: &Ran) -> Result<(), String> {
             nothing_unplanned(ran, *unit, node)?;
         }
     }
+    replays(ran)?;
     let planned = planned_position(ran);
     for end in &ran.ending.axes {
         if end.steps != planned[end.axis] {
@@ -211,6 +264,49 @@ pub fn judge(ran: &Ran) -> Result<(), String> {
         return Err(format!("done, and executed otherwise: {:?}", ran.difference));
     }
     Ok(())
+}
+
+/// Plays the host's bytes to fresh nodes.
+fn replay(ran: &Ran) -> Replay {
+    let units = ran.nodes.iter().map(|(unit, _)| *unit);
+    let mut replay = Replay::new(Nodes::new(&ran.machine, units, &ran.job.start_steps, 250), false);
+    for line in &ran.trace {
+        match line {
+            TraceLine::Sent { t_us, bytes, failed: false } => replay.sent(*t_us, bytes),
+            TraceLine::Received { t_us, bytes } => replay.received(*t_us, bytes),
+            _ => {}
+        }
+    }
+    replay.end(true);
+    replay
+}
+
+/// A replay executes what the nodes did, where their host's bytes reached them; and while no answer
+/// differs nothing that was not planned.
+fn replays(ran: &Ran) -> Result<(), String> {
+    let replay = replay(ran);
+    let reached_nodes = |kind: FaultKind| kind.is_of_answer() || kind == FaultKind::Close;
+    let bytes = |node: &Node| node.runs().iter().map(|run| run.bytes.clone()).collect::<Vec<_>>();
+    if ran.struck.iter().all(|at| reached_nodes(at.fault.kind)) {
+        for ((unit, node), (_, replayed)) in ran.nodes.iter().zip(replay.nodes().iter()) {
+            let positions = (node.position_steps(), replayed.position_steps());
+            if bytes(node) != bytes(replayed) || positions.0 != positions.1 {
+                return Err(format!("{unit} does otherwise in a replay: {positions:?}"));
+            }
+        }
+    }
+    let difference = replay.difference();
+    if ran.struck.is_empty() && (difference.is_some() || !replay.hazards().is_empty()) {
+        return Err(format!("a replay differs without a fault: {difference:?}"));
+    }
+    if difference.is_some() {
+        return Ok(());
+    }
+    let astray = |reached: &Reached| reached.planned.as_ref().is_some_and(|at| !at.as_planned);
+    match reached(replay.nodes(), Some(&ran.job)).into_iter().find(astray) {
+        Some(reached) => Err(format!("a replay executes what was not planned: {reached:?}")),
+        None => Ok(()),
+    }
 }
 
 fn node_of(ran: &Ran, axis: Axis) -> &(Unit, Node) {
@@ -292,12 +388,23 @@ pub fn seen(ran: &Ran) -> BTreeSet<String> {
         End::Failed(Fault::Early { .. }) => "host: early".to_owned(),
         End::Failed(Fault::Unexpected { .. }) => "host: unexpected".to_owned(),
         End::Failed(Fault::Port(_)) => "host: port".to_owned(),
+        End::Failed(Fault::Event { .. }) => match ran.ending.power_cycle {
+            true => "host: event within a buffer failed".to_owned(),
+            false => "host: event between buffers failed".to_owned(),
+        },
     });
     for end in &ran.ending.axes {
         let right = node_of(ran, end.axis).1.position_steps() == end.steps;
         let is = if right { "right" } else { "wrong" };
         seen.insert(format!("position: {}, and {is}", end.position.name()));
     }
+    let replayed = replay(ran).difference();
+    seen.insert(match replayed.map(|at| (at.recorded.is_some(), at.replayed.is_some())) {
+        None => "replay: the same".to_owned(),
+        Some((true, true)) => "replay: another answer".to_owned(),
+        Some((true, false)) => "replay: an answer too many".to_owned(),
+        Some((false, _)) => "replay: an answer is missing".to_owned(),
+    });
     seen.insert(format!("power cycle: {}", ran.ending.power_cycle));
     seen
 }

@@ -48,7 +48,7 @@ pub(super) fn text(machine: &Machine) -> String {
             line(&mut out, "encoder", true);
         }
     }
-    out
+    out + &machine.hooks.text()
 }
 
 fn axis(out: &mut String, profile: &AxisProfile) {

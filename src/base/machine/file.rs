@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::hooks::Hooks;
 use super::keys::Keys;
 use super::{
     AxisProfile, BUFFER_TICKS, Bus, HOST_ID, Machine, Master, POSITION_MOST, ProfileError,
@@ -47,11 +48,6 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
     let seam_in_cut_penalty_s =
         keys.number_if("seam_in_cut_penalty_s", 0.0..=3600.0).unwrap_or(5.0);
     let home_order = home_order(keys);
-    keys.unsupported(
-        "hooks",
-        "hook commands for spindle, coolant and tool change are not supported by this version",
-        "remove the table: M3-M9, S and T are then reported and passed",
-    );
     let axes = if keys.table("axes") {
         Axis::ALL.into_iter().filter_map(|axis| axis_profile(keys, axis)).collect()
     } else {
@@ -64,6 +60,7 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
         encoder: keys.boolean_if("spindle.encoder").unwrap_or(false),
     });
     let assumed_inputs = keys.boolean_if("assumed_inputs").unwrap_or(false);
+    let hooks = Hooks::read(keys);
     Machine {
         id: id.to_owned(),
         name,
@@ -77,6 +74,7 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
         bus,
         spindle,
         assumed_inputs,
+        hooks,
         toml: String::new(),
     }
 }

@@ -51,6 +51,18 @@ impl<'t> Keys<'t> {
         }
     }
 
+    /// Whether a table is there; anything else is no fault.
+    pub fn is_table(&mut self, path: &str) -> bool {
+        matches!(self.ask(path).map(Spanned::get_ref), Some(DeValue::Table(_)))
+    }
+
+    /// Notes that a key is missing, unless something is wrong with it.
+    pub fn must_have(&mut self, path: &str) {
+        if self.ask(path).is_none() {
+            self.missing.push(path.to_owned());
+        }
+    }
+
     /// Whether a table is there that must be.
     pub fn table(&mut self, path: &str) -> bool {
         if self.ask(path).is_none() {
@@ -60,7 +72,7 @@ impl<'t> Keys<'t> {
         self.has_table(path)
     }
 
-    /// The tables in a table whose names are the user's, in their order.
+    /// The keys of a table whose names are the user's, in their order.
     pub fn names(&mut self, path: &str) -> Vec<String> {
         if !self.has_table(path) {
             return Vec::new();
@@ -229,15 +241,6 @@ impl<'t> Keys<'t> {
     pub fn wrong(&mut self, path: &str, message: String, help: Option<String>) {
         let place = self.value(path).map_or(0..0, Spanned::span);
         self.fault("profile-value", place, format!("{path}: {message}"), help);
-    }
-
-    /// Says that a key means something, but nothing in this version.
-    pub fn unsupported(&mut self, path: &str, message: &str, help: &str) {
-        if let Some(value) = self.ask(path) {
-            let place = value.span();
-            let message = format!("{path}: {message}");
-            self.fault("profile-unsupported", place, message, Some(help.to_owned()));
-        }
     }
 
     /// Once all keys have been asked for: notes those that nobody asked for and those that are

@@ -14,6 +14,7 @@ Examples:
   cnc verify part.nc part.csv                are those steps the programmed path?
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
+  cnc replay job.jsonl part.nc               how far each axis got when the link was lost
   cnc jog /dev/ttyUSB0 X --by -5             move one axis by 5 mm
   cnc home /dev/ttyUSB0                      send the axes to their switches
   cnc ports                                  which serial ports there are
@@ -72,6 +73,7 @@ pub enum Command {
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
     Send(cmd::send::Args),
+    Replay(cmd::replay::Args),
     Jog(cmd::jog::Args),
     Home(cmd::home::Args),
     Node(cmd::node::Args),

@@ -43,6 +43,7 @@ fn main() -> ExitCode {
         Command::Interpolate(args) => cmd::interpolate::run(args, global),
         Command::Verify(args) => cmd::verify::run(args, global),
         Command::Send(args) => cmd::send::run(args, global),
+        Command::Replay(args) => cmd::replay::run(args, global),
         Command::Jog(args) => cmd::jog::run(args, global),
         Command::Home(args) => cmd::home::run(args, global),
         Command::Node(args) => cmd::node::run(args, global),

@@ -16,6 +16,7 @@
 //! back. After [`MasterEvent::Ended`] there is nothing left to do.
 
 mod direct;
+mod event;
 mod run;
 mod script;
 mod stop;
@@ -24,7 +25,7 @@ mod timing;
 use std::collections::VecDeque;
 
 use crate::base::machine::{LISTEN_US, Unit};
-use crate::base::{Axis, AxisMap, AxisSet, Event, EventKind, Machine};
+use crate::base::{Axis, AxisMap, AxisSet, Event, Machine};
 use crate::wire::direct::HomeRun;
 use crate::wire::frame;
 use crate::wire::job::{Job, Step};
@@ -40,9 +41,12 @@ pub use self::timing::Timing;
 /// What the master tells its caller.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MasterEvent {
-    /// An event of the program: it is passed without waiting, except for dwells, which are kept.
+    /// A dwell of the program, which the master keeps.
+    Dwell(Event),
+    /// An event of the program: something has to be done. All axes rest, and nothing is sent until
+    /// [`Master::event_done`], or the job ends with [`Master::event_failed`].
     Event(Event),
-    /// An event that waits for a person. All nodes are idle. Go on with [`Master::resume`].
+    /// The same, for an event that waits for a person: all nodes are idle too.
     Pause(Event),
     /// A node takes its buffer.
     Filling {
@@ -144,6 +148,7 @@ enum State {
     Dwelling {
         until_us: u64,
     },
+    /// An event between buffers is under way.
     Paused,
     Resting {
         until_us: u64,
@@ -171,6 +176,8 @@ pub struct Master {
     /// The nodes still pause after an answer.
     quiet_until_us: u64,
     hold: Hold,
+    /// When the event under way was reached.
+    event_us: u64,
     /// What failed, while the script still puts the nodes in order.
     fault: Option<Fault>,
     /// Some nodes hold a buffer that has not been executed to its end.
@@ -214,6 +221,7 @@ impl Master {
             wire_free_ns: 0,
             quiet_until_us: 0,
             hold: Hold::No,
+            event_us: 0,
             fault: None,
             any_full: false,
             power_cycle: false,
@@ -293,12 +301,13 @@ impl Master {
         }
     }
 
-    /// When to call again, if no bytes come before; none while a person is waited for.
+    /// When to call again, if no bytes come before; none while an event or a person is waited for.
     pub fn poll_timeout(&self) -> Option<u64> {
         match &self.state {
             State::Next => Some(0),
             State::Sending { .. } => Some(self.send_from_us()),
             State::Waiting { deadline_us, .. } => Some(*deadline_us),
+            State::Running(run) if run.is_paused() => None,
             State::Running(run) => Some(run.timeout_us(self.wire_free_us())),
             State::Dwelling { until_us } | State::Resting { until_us } => Some(*until_us),
             State::Jogging(jogging) => Some(jogging.until_us),
@@ -428,20 +437,6 @@ impl Master {
             }
             None => self.end(End::Done),
         }
-    }
-
-    /// An event between buffers: all nodes are idle.
-    fn event(&mut self, now_us: u64, event: Event) {
-        self.progress.line = event.line;
-        if event.kind.waits_for_person() {
-            self.state = State::Paused;
-            self.events.push_back(MasterEvent::Pause(event));
-            return;
-        }
-        if let EventKind::Dwell(seconds) = event.kind {
-            self.state = State::Dwelling { until_us: now_us.saturating_add(dwell_us(seconds)) };
-        }
-        self.events.push_back(MasterEvent::Event(event));
     }
 
     fn announce(&mut self, action: &Action) {

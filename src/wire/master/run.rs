@@ -10,13 +10,13 @@
 //! sync byte has reached the nodes at the latest, which may be long after it was written: the next one
 //! waits for a node's tick from there, or the nodes would drift apart by what the port has kept back.
 
-use crate::base::{Axis, EventKind};
+use crate::base::Axis;
 use crate::wire::codec;
 use crate::wire::frame;
 use crate::wire::job::{Buffer, Step};
 use crate::wire::report::{Doubt, During, End, Fault};
 
-use super::{Hold, Master, MasterEvent, State, dwell_us};
+use super::{Hold, Master, MasterEvent, State};
 
 /// A buffer being executed.
 #[derive(Debug)]
@@ -39,6 +39,8 @@ pub(super) struct Run {
     dwells: bool,
     /// A hold takes effect then, unless a byte comes that nobody asked for.
     hold_us: Option<u64>,
+    /// An event is under way.
+    paused: bool,
 }
 
 impl Run {
@@ -61,7 +63,31 @@ impl Run {
         self.hold_us = None;
     }
 
-    /// The same, at once.
+    /// An event comes before the next sync byte: a dwell, or what is under way until it is done.
+    pub(super) fn reach_event(&mut self, now_us: u64, dwell_us: Option<u64>) {
+        self.events += 1;
+        let Some(dwell_us) = dwell_us else {
+            self.paused = true;
+            return;
+        };
+        self.due_us = now_us.saturating_add(dwell_us);
+        if dwell_us > 0 {
+            self.scheduled_us = None;
+            self.dwells = true;
+        }
+    }
+
+    pub(super) fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// The event under way is done.
+    pub(super) fn go_on(&mut self, from_us: u64) {
+        self.paused = false;
+        self.resume(from_us);
+    }
+
+    /// Goes on after a hold, at once.
     pub(super) fn resume_at_once(&mut self) {
         self.due_us = 0;
         self.scheduled_us = None;
@@ -97,6 +123,7 @@ impl Master {
             answered_us: due_us,
             dwells: false,
             hold_us: None,
+            paused: false,
         });
     }
 
@@ -106,7 +133,7 @@ impl Master {
             return None;
         };
         let sent = run.sent;
-        if run.waits() {
+        if run.waits() || run.is_paused() {
             return None;
         }
         let silent_us = run.answered_us + self.sync_wait_us();
@@ -134,15 +161,7 @@ impl Master {
         }
         if let Some((_, event)) = buffer.events.get(run.events).filter(|(tick, _)| *tick <= sent) {
             let event = event.clone();
-            let dwell = if let EventKind::Dwell(s) = event.kind { dwell_us(s) } else { 0 };
-            self.events.push_back(MasterEvent::Event(event));
-            let State::Running(run) = &mut self.state else { return None };
-            run.events += 1;
-            run.due_us = now_us.saturating_add(dwell);
-            if dwell > 0 {
-                run.scheduled_us = None;
-                run.dwells = true;
-            }
+            self.event_within(now_us, event);
             return self.sync(now_us);
         }
         if now_us < self.wire_free_us() {

@@ -26,7 +26,7 @@ impl Master {
         }
     }
 
-    /// Goes on after a [`MasterEvent::Pause`] or a [`MasterEvent::Held`]: within a buffer with the
+    /// Goes on after a [`MasterEvent::Held`]: within a buffer with the
     /// sync bytes that are left. A dwell under way has gone on meanwhile. What has come from the bus
     /// since is heard first.
     pub fn resume(&mut self, now_us: u64) {
@@ -35,7 +35,6 @@ impl Master {
         self.quiet_until_us = self.quiet_until_us.max(from_us);
         match std::mem::replace(&mut self.state, State::Next) {
             State::Held(then) => self.state = *then,
-            State::Paused => {}
             other => self.state = other,
         }
         if let State::Running(run) = &mut self.state {

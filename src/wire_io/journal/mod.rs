@@ -17,6 +17,7 @@ use rustix::fs::FlockOperation;
 use crate::base::{Axis, Event};
 use crate::wire::{Ending, Master, MasterEvent};
 use crate::wire_io::drive::Operator;
+use crate::wire_io::hands::Hands;
 
 pub use history::{History, NoRecord, PastJob, Place};
 pub use record::{
@@ -238,7 +239,9 @@ impl<'a, O: Operator> Journaled<'a, O> {
 impl<O: Operator> Operator for Journaled<'_, O> {
     fn event(&mut self, event: &MasterEvent) {
         let record = match event {
-            MasterEvent::Event(event) | MasterEvent::Pause(event) => Some(Record::event(event)),
+            MasterEvent::Event(event) | MasterEvent::Pause(event) | MasterEvent::Dwell(event) => {
+                Some(Record::event(event))
+            }
             MasterEvent::Filling { buffer, unit, master } => {
                 Some(Record::filling(*buffer, *unit, *master))
             }
@@ -259,14 +262,18 @@ impl<O: Operator> Operator for Journaled<'_, O> {
             | MasterEvent::Ended(_) => None,
         };
         if let Some(record) = record {
-            let on_disk = matches!(record, Record::Seam { .. } | Record::Held { .. });
+            let is_seam = matches!(record, Record::Seam { .. } | Record::Held { .. });
+            let on_disk = is_seam || matches!(event, MasterEvent::Pause(_));
             self.journal.note(&record, on_disk);
         }
         self.operator.event(event);
     }
 
+    fn hands(&mut self) -> Option<&mut dyn Hands> {
+        self.operator.hands()
+    }
+
     fn pause(&mut self, event: &Event) -> bool {
-        self.journal.note(&Record::event(event), true);
         self.operator.pause(event)
     }
 

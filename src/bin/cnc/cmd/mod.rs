@@ -8,5 +8,6 @@ pub mod jog;
 pub mod machine;
 pub mod node;
 pub mod ports;
+pub mod replay;
 pub mod send;
 pub mod verify;

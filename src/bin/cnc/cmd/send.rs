@@ -8,6 +8,7 @@ mod pacing;
 mod result;
 mod resume;
 pub mod sim;
+mod tracing;
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -24,13 +25,14 @@ use cnc::wire::{
     Timing,
 };
 use cnc::wire_io::journal::JobRecord;
-use cnc::wire_io::{Link, Paced, Sim, Speed, drive};
+use cnc::wire_io::{self, Link, Paced, Sim, Speed, Traced, drive};
 
 use self::book::Book;
 use self::operator::Terminal;
 use self::result::{Report, Simulated};
 use self::resume::Resume;
 use self::sim::Simulation;
+use self::tracing::Tracing;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
@@ -67,6 +69,12 @@ pub struct Args {
     /// Go over M0, M1, M6 and M60 without waiting
     #[arg(long)]
     ignore_stops: bool,
+    /// Run the profile's hooks on simulated nodes (sim:) too; on a port they always run
+    #[arg(long)]
+    hooks: bool,
+    /// Write every byte both ways and its time, as JSON Lines (cnc replay reads them)
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Go on with the job that this journal tells of, from its last seam
     #[arg(long, value_name = "JOURNAL", conflicts_with = "execute")]
     resume: Option<PathBuf>,
@@ -112,6 +120,13 @@ pub struct Work<'a> {
     pub program: Option<&'a Program>,
 }
 
+/// What is written down while a job runs.
+struct Notes<'a> {
+    /// Begins with the job.
+    tracing: Option<Tracing>,
+    book: Option<Book<'a>>,
+}
+
 /// A job that `jog` or `home` made.
 pub fn by_hand(command: &str, machine: &Machine) -> Work<'static> {
     Work { record: book::by_hand(command, machine), program: None }
@@ -137,11 +152,13 @@ pub fn run_job(
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let is_direct = direct::of_job(&job).next().is_some();
     let report = Report { machine, global, is_direct };
-    report.job(&job);
-    let interrupts = Interrupts::watch()?;
-    let mut operator = Terminal::new(args.ignore_stops, global, interrupts);
+    let calls = wire_io::calls(&job, machine).or_bad_input()?;
+    let runs_hooks = args.hooks || faults.is_none();
+    report.job(&job, &calls, args.dry_run);
+    report.hooks(&calls, runs_hooks, args.dry_run)?;
+    let mut operator = operator(args, global, machine, runs_hooks)?;
     if args.dry_run {
-        report.dry_run(&job, &proof)?;
+        report.dry_run(&job, &calls, &proof)?;
         return Ok(Exit::Ok);
     }
     operator.check_stops(&job).or_bad_input()?;
@@ -169,17 +186,32 @@ pub fn run_job(
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
     }
+    let tracing = Tracing::create(args, faults.is_some())?;
     let journal = journal.as_mut().map(|opened| &mut opened.journal);
     let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
-    let mut book = journal.map(|journal| Book::new(journal, record));
+    let book = journal.map(|journal| Book::new(journal, record));
+    let mut notes = Notes { tracing, book };
     let outcome = match faults {
-        Some(faults) => simulate(&report, job, operator, faults, work.program, book.as_mut()),
-        None => send(args, port, &report, job, operator, book.as_mut()),
+        Some(faults) => simulate(&report, job, operator, faults, work.program, &mut notes),
+        None => send(args, port, &report, job, operator, &mut notes),
     };
-    match book {
+    match notes.book {
         Some(book) => book.verdict(outcome),
         None => outcome,
     }
+}
+
+/// The person at the terminal, with what helps to do events.
+fn operator(
+    args: &Args,
+    global: &Global,
+    machine: &Machine,
+    runs_hooks: bool,
+) -> anyhow::Result<Terminal> {
+    let (tools, _) = input::tools(args.motion.tools.as_deref())?;
+    let interrupts = Interrupts::watch()?;
+    let operator = Terminal::new(args.ignore_stops, global, interrupts).with_tools(tools);
+    Ok(if runs_hooks { operator.with_hooks(machine) } else { operator })
 }
 
 /// What is left of a job, from where the machine stands; says what it will do.
@@ -215,7 +247,7 @@ pub fn gather<E>(
 }
 
 /// The job of a dump. Its seal stands at its end, and is checked before anything else is.
-fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure> {
+pub fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure> {
     let open = || tape::Reader::open(source.clone()).or_bad_input();
     let mut reader = open()?;
     let header = reader.header().clone();
@@ -263,7 +295,7 @@ fn simulate(
     mut operator: Terminal,
     faults: Vec<FaultSpec>,
     program: Option<&Program>,
-    book: Option<&mut Book<'_>>,
+    notes: &mut Notes<'_>,
 ) -> Outcome {
     let machine = report.machine;
     let bus = &machine.bus;
@@ -273,7 +305,7 @@ fn simulate(
     let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
     let mut link = Sim::new(nodes.with_faults(faults));
     let timing = Timing::new(bus, 1.0);
-    let (job, ending) = stream(&mut link, machine, job, timing, &mut operator, book)?;
+    let (job, ending) = stream(&mut link, machine, job, timing, &mut operator, notes)?;
     let nodes = link.nodes_mut();
     let struck: Vec<_> = std::iter::from_fn(|| nodes.poll_struck()).collect();
     report.struck(&struck, asked);
@@ -291,7 +323,10 @@ fn simulate(
         }
         _ => None,
     };
-    report.simulated(&job, &ending, Simulated { difference, hazards, contour, struck })
+    let outcome =
+        report.simulated(&job, &ending, Simulated { difference, hazards, contour, struck });
+    operator.say_left_on(&ending);
+    outcome
 }
 
 /// Holds the plan, which the nodes have executed tick by tick, against the program's path.
@@ -316,15 +351,17 @@ fn send(
     report: &Report<'_>,
     job: Job,
     mut operator: Terminal,
-    book: Option<&mut Book<'_>>,
+    notes: &mut Notes<'_>,
 ) -> Outcome {
     let machine = report.machine;
     let speed = args.speed.unwrap_or(Speed::Times(1.0));
     let timing = port.timing(&machine.bus, speed);
     let port = port.open(&machine.bus, |note| operator.say(note))?;
     let mut link = Paced::new(port, speed);
-    let (_, ending) = stream(&mut link, machine, job, timing, &mut operator, book)?;
-    report.ending(&ending, link.priority())
+    let (_, ending) = stream(&mut link, machine, job, timing, &mut operator, notes)?;
+    let outcome = report.ending(&ending, link.priority());
+    operator.say_left_on(&ending);
+    outcome
 }
 
 /// Runs a job, and writes it down where there is a journal. The job has not begun when that cannot
@@ -335,21 +372,29 @@ fn stream(
     job: Job,
     timing: Timing,
     operator: &mut Terminal,
-    book: Option<&mut Book<'_>>,
+    notes: &mut Notes<'_>,
 ) -> anyhow::Result<(Job, Ending)> {
     operator.watch(&job, machine);
     let total = job.ticks;
+    if let Some(book) = &mut notes.book {
+        book.begin(&job, machine)?;
+    }
+    let tracing = notes.tracing.take();
+    let trace = tracing.map(|tracing| tracing.begin(machine, &job)).transpose()?;
     let mut master = Master::new(job, machine, timing);
-    let Some(book) = book else {
-        operator.bar.begin(total);
-        let ending = drive(link, &mut master, operator);
-        operator.bar.end();
-        return Ok((master.into_job(), ending));
-    };
-    book.begin(master.job(), machine)?;
+    let mut link = Traced::new(link, trace);
     operator.bar.begin(total);
-    let ending = drive(link, &mut master, &mut book.journaled(operator));
+    let ending = match &mut notes.book {
+        Some(book) => drive(&mut link, &mut master, &mut book.journaled(operator)),
+        None => drive(&mut link, &mut master, operator),
+    };
     operator.bar.end();
-    book.end(&ending);
+    let now_us = link.now_us();
+    if let Some(trace) = link.into_trace() {
+        trace.end(now_us, tracing::ending(&ending.end));
+    }
+    if let Some(book) = &mut notes.book {
+        book.end(&ending);
+    }
     Ok((master.into_job(), ending))
 }

@@ -4,15 +4,19 @@ use std::io::{IsTerminal, stdin};
 use std::sync::Arc;
 
 use anyhow::anyhow;
-use cnc::base::{Event, Machine, Source};
-use cnc::wire::{Job, Live, Master, MasterEvent};
-use cnc::wire_io::Operator;
+use cnc::base::{Axis, Event, EventKind, Machine, Source};
+use cnc::interp::Tools;
+use cnc::wire::{End, Ending, Job, Live, Master, MasterEvent};
+use cnc::wire_io::{Hands, HookRunner, Operator};
 use rustix::event::{PollFd, PollFlags, Timespec};
 
 use super::live::{self, Listing};
 use super::{Bar, direct};
 use crate::args::Global;
 use crate::interrupt::Interrupts;
+
+/// M6, with whatever tool.
+const TOOL_CHANGE: EventKind = EventKind::M { code: 6, spindle_rpm: None, tool: None };
 
 /// Tells and asks on a terminal; asks nothing where there is none.
 pub struct Terminal {
@@ -24,6 +28,11 @@ pub struct Terminal {
     interrupts: Interrupts,
     /// Interrupts that have been answered.
     told: usize,
+    hands: Option<HookRunner>,
+    /// What the tool table says, for whoever changes tools.
+    tools: Tools,
+    /// A command changes tools, and nobody has to be asked.
+    changes_tools: bool,
     /// One of them asked for a hold that has not come about yet.
     holding: bool,
     /// A line or the end of standard input is an interrupt too.
@@ -42,6 +51,9 @@ impl Terminal {
             verbose: global.verbose,
             interrupts,
             told: 0,
+            hands: None,
+            tools: Tools::default(),
+            changes_tools: false,
             holding: false,
             stops_on_input: false,
             live: None,
@@ -49,9 +61,20 @@ impl Terminal {
         }
     }
 
+    /// With the commands of the machine's profile for spindle, coolant and tools.
+    pub fn with_hooks(self, machine: &Machine) -> Self {
+        let changes_tools = machine.hooks.of(TOOL_CHANGE).is_some();
+        Terminal { hands: Some(HookRunner::new(machine)), changes_tools, ..self }
+    }
+
+    /// With a tool table to name tools by.
+    pub fn with_tools(self, tools: Tools) -> Self {
+        Terminal { tools, ..self }
+    }
+
     /// Refuses a job that would wait for a person who is not there.
     pub fn check_stops(&self, job: &Job) -> anyhow::Result<()> {
-        let stop = job.events().find(|event| event.kind.waits_for_person());
+        let stop = job.events().find(|event| self.needs_person(event));
         match stop {
             Some(stop) if !self.ignore_stops && !self.can_ask => Err(anyhow!(
                 "line {}: {} waits for a person, and there is nobody to ask; --ignore-stops goes on",
@@ -88,14 +111,63 @@ impl Terminal {
         if self.interrupts.by_system().is_some() {
             return false;
         }
-        if !self.can_ask {
-            return true;
-        }
+        !self.can_ask || self.confirmed(&format!("{question} [Enter: yes, n: no]"))
+    }
+
+    /// Whether what the terminal is told is answered by Enter.
+    fn confirmed(&self, text: &str) -> bool {
         self.bar.suspend(|| {
-            say!("{question} [Enter: yes, n: no]");
+            say!("{text}");
             let answer = self.line();
             answer.is_some_and(|line| !line.trim_start().starts_with(['n', 'N', 'q', 'Q']))
         })
+    }
+
+    /// A tool change that a command makes needs nobody; all else that waits for a person does.
+    fn needs_person(&self, event: &Event) -> bool {
+        let is_change = matches!(event.kind, EventKind::M { code: 6, .. });
+        event.kind.waits_for_person() && !(is_change && self.changes_tools)
+    }
+
+    /// What a person has to do about an event.
+    fn task(&self, event: &Event) -> String {
+        match event.kind {
+            EventKind::M { code: 6, tool: Some(tool), .. } => {
+                format!(
+                    "put in tool {}; all nodes are idle. Press Enter when it is in [n: stop]",
+                    self.tool(tool)
+                )
+            }
+            EventKind::M { code: 6, .. } => {
+                "change the tool; all nodes are idle. Press Enter when it is in [n: stop]"
+                    .to_owned()
+            }
+            _ => "all nodes are idle. Press Enter to go on [n: stop]".to_owned(),
+        }
+    }
+
+    /// A tool's number, and what the table says of it.
+    fn tool(&self, number: u32) -> String {
+        let mut words = vec![number.to_string()];
+        words.extend(self.tools.name(number).map(str::to_owned));
+        if let Some(tool) = self.tools.get(number) {
+            let offsets = Axis::ALL.into_iter().filter(|axis| tool.offset_mm[*axis] != 0.0);
+            words.extend(offsets.map(|axis| format!("{axis} offset {} mm", tool.offset_mm[axis])));
+            if tool.diameter_mm != 0.0 {
+                words.push(format!("diameter {} mm", tool.diameter_mm));
+            }
+        }
+        words.join(", ")
+    }
+
+    /// Says what commands may have left on when a job has not come to its end.
+    pub fn say_left_on(&self, ending: &Ending) {
+        if ending.end == End::Done {
+            return;
+        }
+        for event in self.hands.iter().flat_map(HookRunner::left_on) {
+            say!("may still be on: {} of line {}, whose hook has run", event.kind, event.line);
+        }
     }
 
     /// Says a line unless the user wants errors only.
@@ -155,7 +227,9 @@ impl Operator for Terminal {
             live.event(event);
         }
         match event {
-            MasterEvent::Event(event) => self.say(&format!("line {}: {}", event.line, event.kind)),
+            MasterEvent::Event(event) | MasterEvent::Pause(event) | MasterEvent::Dwell(event) => {
+                self.say(&format!("line {}: {}", event.line, event.kind));
+            }
             MasterEvent::Filling { buffer, unit, .. } if self.verbose => {
                 self.say(&format!("buffer {buffer}: {unit} is filled"));
             }
@@ -174,9 +248,12 @@ impl Operator for Terminal {
         }
     }
 
+    fn hands(&mut self) -> Option<&mut dyn Hands> {
+        self.hands.as_mut().map(|hands| hands as &mut dyn Hands)
+    }
+
     fn pause(&mut self, event: &Event) -> bool {
-        self.say(&format!("line {}: {}", event.line, event.kind));
-        self.ignore_stops || self.asks("All nodes are idle. Go on?")
+        self.ignore_stops || !self.needs_person(event) || self.confirmed(&self.task(event))
     }
 
     fn held(&mut self, master: &Master) -> bool {

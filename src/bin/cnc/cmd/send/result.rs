@@ -7,12 +7,15 @@ use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Event, EventKind, Machine};
 use cnc::verify::{self, Verdict};
 use cnc::wire::{End, Ending, FaultSpec, Job, Position, Proof, Struck};
-use cnc::wire_io::Priority;
+use cnc::wire_io::{Call, Priority, find_programs, shown};
 use serde_json::{Map, Value, json};
 
 use super::{direct, pacing};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
+
+/// Events that are told of before a job.
+const EVENTS_MAX: usize = 10;
 
 /// Tells of jobs.
 pub struct Report<'a> {
@@ -42,8 +45,8 @@ impl Simulated {
 }
 
 impl Report<'_> {
-    /// What is about to happen, and what is taken for granted.
-    pub fn job(&self, job: &Job) {
+    /// What is about to happen, and what is taken for granted; all of it before a dry run.
+    pub fn job(&self, job: &Job, calls: &[Call], all: bool) {
         if self.global.quiet {
             return;
         }
@@ -72,14 +75,30 @@ impl Report<'_> {
         let (ticks, buffers) = (job.ticks, job.buffers().count());
         let time = clock(job.duration_s(&self.machine.bus));
         say!("time      {time}, {ticks} ticks in {buffers} buffers");
-        let told: Vec<String> = job.events().filter(|event| is_told(event)).map(told).collect();
-        let more = told.len().saturating_sub(10);
-        for (at, event) in told.iter().take(10).enumerate() {
+        let told: Vec<String> =
+            calls.iter().filter(|call| is_told(&call.event)).map(told).collect();
+        let shown = if all { told.len() } else { told.len().min(EVENTS_MAX) };
+        let more = told.len() - shown;
+        for (at, event) in told.iter().take(shown).enumerate() {
             say!("{:10}{event}", if at == 0 { "events" } else { "" });
         }
         if more > 0 {
             say!("          and {more} more");
         }
+    }
+
+    /// Looks for the programs of hooks, if they will be run; before a dry run it tells of those that are
+    /// not there in any case.
+    pub fn hooks(&self, calls: &[Call], run: bool, dry_run: bool) -> anyhow::Result<()> {
+        match find_programs(calls) {
+            Err(missing) if run => return Err(missing.into()),
+            Err(missing) if dry_run && !self.global.quiet => say!("warning: {missing}"),
+            _ => {}
+        }
+        if !run && !self.global.quiet && calls.iter().any(|call| call.command.is_some()) {
+            say!("hooks     are not run on simulated nodes; --hooks runs them");
+        }
+        Ok(())
     }
 
     /// What the nodes within this program will have to put up with.
@@ -101,7 +120,7 @@ impl Report<'_> {
     }
 
     /// The proof that the job is safe for the bus, and nothing more.
-    pub fn dry_run(&self, job: &Job, proof: &Proof) -> io::Result<()> {
+    pub fn dry_run(&self, job: &Job, calls: &[Call], proof: &Proof) -> io::Result<()> {
         let Proof { buffers, bytes, pairs, avoided, nodes } = *proof;
         if self.global.json {
             let mut result = self.base("dry-run", job.ticks, job.buffers().count() as u64);
@@ -114,6 +133,10 @@ impl Report<'_> {
                 "nodes": nodes,
             });
             result.insert("proof".to_owned(), proof);
+            let events = calls.iter().map(|Call { event, command }| {
+                json!({"line": event.line, "event": event.kind.to_string(), "hook": command})
+            });
+            result.insert("events".to_owned(), events.collect());
             writeln!(io::stdout(), "{}", Value::Object(result))
         } else {
             let mut out = io::stdout().lock();
@@ -305,8 +328,10 @@ fn is_told(event: &Event) -> bool {
     !matches!(event.kind, EventKind::Dwell(_))
 }
 
-fn told(event: &Event) -> String {
-    format!("line {}: {}", event.line, event.kind)
+fn told(call: &Call) -> String {
+    let Event { line, kind } = &call.event;
+    let by = call.command.as_ref().map(|command| format!(", by {}", shown(command)));
+    format!("line {line}: {kind}{}", by.unwrap_or_default())
 }
 
 /// A time in hours, minutes and seconds.
