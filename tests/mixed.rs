@@ -189,7 +189,7 @@ fn machines() -> Vec<Machine> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4))]
+    #![proptest_config(ProptestConfig::with_cases(2))]
 
     #[test]
     fn lines_and_arcs_keep_every_limit(legs in legs(straight_or_round())) {
