@@ -1,15 +1,16 @@
 //! Corners under G64: the executed path stays within its tolerance, uses it, and is never slower for
 //! it.
 
-use std::convert::Infallible;
-
-use cnc::base::{Axis, Command, Machine, Plane, Point, Tick};
+use cnc::base::{Axis, Machine, Plane, Point, Tick};
 use cnc::interp::{Bound, Corner, Move, MoveKind};
-use cnc::path::{self, PathItem, Segment};
-use cnc::plan::{self, Feed};
-use cnc::step;
-use cnc::verify::{self, Report, Setup, Verdict};
+use cnc::path::{self, Segment};
+use cnc::verify::Verdict;
 use proptest::prelude::*;
+
+use dump::{report, ticks};
+
+#[path = "ways/dump.rs"]
+mod dump;
 
 /// A random way: where to, at which feed, for arcs how far the centre is off the chord, and what
 /// may become of the corner at its end.
@@ -72,35 +73,6 @@ fn segments(legs: &[Leg], machine: &Machine, exact: bool) -> Vec<Segment> {
     }
     segments.retain(|segment| segment.length_mm() > 0.0);
     segments
-}
-
-fn items(segments: &[Segment]) -> impl Iterator<Item = Result<PathItem, Infallible>> {
-    segments.iter().cloned().map(|segment| Ok(PathItem::Segment(segment)))
-}
-
-fn ticks(segments: &[Segment], machine: &Machine) -> Vec<Tick> {
-    let start = machine.work_zero_mm;
-    let Ok(seams) = plan::place(items(segments), machine, Feed::LookAhead);
-    let plan = plan::plan(items(segments), machine, Feed::LookAhead, &seams, start);
-    let tick = |command| match command {
-        Ok(Command::Tick(tick)) => tick,
-        other => unreachable!("{other:?}"),
-    };
-    step::interpolate(plan, machine, start).map(tick).collect()
-}
-
-fn report(segments: &[Segment], ticks: &[Tick], machine: &Machine) -> Report {
-    let setup = Setup {
-        machine,
-        tick_us: machine.bus.tick_us,
-        start_steps: machine.nearest_steps(&machine.work_zero_mm),
-        constant_feed: false,
-        with_events: true,
-        with_buffers: true,
-    };
-    let commands =
-        || Ok::<_, Infallible>(ticks.iter().map(|t| Ok::<_, Infallible>(Command::Tick(*t))));
-    verify::verify(&setup, commands, || Ok::<_, Infallible>(items(segments))).unwrap()
 }
 
 /// Travel is the check's business, before any plan.

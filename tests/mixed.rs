@@ -1,16 +1,18 @@
 //! Programs of all kinds of moves: lines, arcs and helices in all planes, splines, rapids, with exact
 //! corners, stops and blends between them. Every dump is within all limits that `verify` knows.
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
-use cnc::base::{Axis, Command, Machine, Plane, Point, Spline, Tick};
+use cnc::base::{Axis, Machine, Plane, Spline};
 use cnc::interp::{Bound, Corner, Move, MoveKind};
-use cnc::path::{self, PathItem, Segment};
-use cnc::plan::{self, Feed};
-use cnc::step;
-use cnc::verify::{self, Setup, Verdict};
+use cnc::path::{self, Segment};
+use cnc::verify::Verdict;
 use proptest::prelude::*;
+
+use dump::{report, ticks};
+
+#[path = "ways/dump.rs"]
+mod dump;
 
 /// Where to, at which feed (none: a rapid), on which way, and what may become of the corner at its end.
 #[derive(Clone, Debug)]
@@ -139,36 +141,10 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
     segments
 }
 
-fn items(segments: &[Segment]) -> impl Iterator<Item = Result<PathItem, Infallible>> {
-    segments.iter().cloned().map(|segment| Ok(PathItem::Segment(segment)))
-}
-
-fn ticks(segments: &[Segment], machine: &Machine) -> Vec<Tick> {
-    let start: Point = machine.work_zero_mm;
-    let Ok(seams) = plan::place(items(segments), machine, Feed::LookAhead);
-    let plan = plan::plan(items(segments), machine, Feed::LookAhead, &seams, start);
-    let tick = |command| match command {
-        Ok(Command::Tick(tick)) => tick,
-        other => unreachable!("{other:?}"),
-    };
-    step::interpolate(plan, machine, start).map(tick).collect()
-}
-
 fn check(legs: &[Leg], machine: &Machine) -> Result<(), TestCaseError> {
     let segments = segments(legs, machine);
     let ticks = ticks(&segments, machine);
-    let setup = Setup {
-        machine,
-        tick_us: machine.bus.tick_us,
-        start_steps: machine.nearest_steps(&machine.work_zero_mm),
-        constant_feed: false,
-        with_events: true,
-        with_buffers: true,
-    };
-    let commands =
-        || Ok::<_, Infallible>(ticks.iter().map(|t| Ok::<_, Infallible>(Command::Tick(*t))));
-    let report = verify::verify(&setup, commands, || Ok::<_, Infallible>(items(&segments)));
-    let report = report.map_err(|error| TestCaseError::fail(error.to_string()))?;
+    let report = report(&segments, &ticks, machine);
     prop_assert_eq!(report.verdict, Verdict::Pass, "{}: {:?}", machine.id, report.failures);
     Ok(())
 }

@@ -10,6 +10,10 @@ use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use pty::Node;
+
+mod pty;
+
 fn cnc() -> Process {
     let mut process = Process::new(env!("CARGO_BIN_EXE_cnc"));
     let variables = ["CNC_MACHINE", "CNC_BAUD", "CNC_REPLY_TIMEOUT", "XDG_CONFIG_HOME", "HOME"];
@@ -41,30 +45,6 @@ impl Folder {
         process.arg("send").arg(port).arg("job.nc").args(args);
         process.stdout(Stdio::piped()).stderr(Stdio::piped());
         process
-    }
-}
-
-/// `cnc node`, ended when dropped.
-struct Node {
-    child: Child,
-    pty: PathBuf,
-}
-
-impl Node {
-    fn start(args: &[&str]) -> Node {
-        let mut process = cnc();
-        process.arg("node").args(args).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = process.spawn().unwrap();
-        let mut name = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut name).unwrap();
-        Node { child, pty: PathBuf::from(name.trim_end()) }
-    }
-}
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 

@@ -1,13 +1,17 @@
 //! `cnc send` and `cnc node` as a user runs them: over a pseudo-terminal, and on bad ports.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command as Process, Output, Stdio};
+use std::process::{Command as Process, Output, Stdio};
 
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::tape::{Encoding, Header, Origin, Writer};
 use cnc::wire_io::Pty;
+
+use pty::Node;
+
+mod pty;
 
 fn cnc() -> Process {
     let mut process = Process::new(env!("CARGO_BIN_EXE_cnc"));
@@ -77,37 +81,12 @@ impl Folder {
     }
 }
 
-/// `cnc node`, ended when dropped.
-struct Node {
-    child: Child,
-    pty: PathBuf,
-}
-
-impl Node {
-    fn start(args: &[&str]) -> Node {
-        let mut process = cnc();
-        process.arg("node").args(args).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = process.spawn().unwrap();
-        let mut name = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut name).unwrap();
-        Node { child, pty: PathBuf::from(name.trim_end()) }
-    }
-
-    /// Waits for its end and gives what it said.
-    fn end(mut self) -> String {
-        assert!(self.child.wait().unwrap().success());
-        let mut said = String::new();
-        self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-        said
-    }
-}
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+/// Waits for the end of nodes and gives what they said.
+fn end(mut node: Node) -> String {
+    assert!(node.child.wait().unwrap().success());
+    let mut said = String::new();
+    node.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    said
 }
 
 fn text(bytes: &[u8]) -> &str {
@@ -164,7 +143,7 @@ fn check_over_pty(speed: &str) {
     assert_eq!((&result["schema"], &result["result"]), (&1.into(), &"done".into()));
     assert_eq!(result["axes"]["Y"]["state"], "known");
     assert_eq!(result["axes"]["Y"]["steps"].as_i64(), Some(node_y()));
-    let said = node.end();
+    let said = end(node);
     assert!(said.contains(" 0 hazards"), "{said}");
     assert!(!link.exists(), "the link is gone with the nodes");
     assert_eq!(without_zeros(executed(&csv)), without_zeros(planned(&job())));
@@ -313,7 +292,7 @@ fn nodes_end_at_an_interrupt_though_bytes_are_on_their_way() {
     assert!(node.child.try_wait().unwrap().is_none());
     let pid = rustix::process::Pid::from_child(&node.child);
     rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
-    assert!(node.end().contains("0 ticks executed"));
+    assert!(end(node).contains("0 ticks executed"));
 }
 
 #[test]

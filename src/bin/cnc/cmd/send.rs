@@ -24,7 +24,7 @@ use cnc::wire::{
     self, ANSWER_PAUSE_US, Direct, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes,
     Timing,
 };
-use cnc::wire_io::journal::JobRecord;
+use cnc::wire_io::journal::{self, JobRecord};
 use cnc::wire_io::{self, Link, Paced, Sim, Speed, Traced, drive};
 
 use self::book::Book;
@@ -142,7 +142,7 @@ pub fn run_job(
     mut work: Work<'_>,
 ) -> Outcome {
     let machine = &port.machine(machine);
-    work.record.plan_sha256 = book::plan_sha256(&job);
+    work.record.plan_sha256 = journal::hex(&job.sha256());
     let (job, work) = match &args.resume {
         Some(journal) => resumed(args, global, port, machine, journal, job, work)?,
         None => (job, work),

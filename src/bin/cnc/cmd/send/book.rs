@@ -1,12 +1,10 @@
 //! What the journal says of a job that is sent.
 
 use anyhow::anyhow;
-use cnc::base::{Axis, Event, Machine};
+use cnc::base::{Axis, Machine};
 use cnc::tape::{Header, Origin};
-use cnc::wire::{Ending, Job, Step};
+use cnc::wire::{Ending, Job};
 use cnc::wire_io::journal::{self, JobRecord, Journal, Journaled, Named, Record};
-
-use sha2::{Digest, Sha256};
 
 use super::operator::Terminal;
 use crate::exit::{Failure, Outcome};
@@ -81,26 +79,4 @@ pub fn by_hand(command: &str, machine: &Machine) -> JobRecord {
         machine: Named::new(&machine.id, &machine.sha256()),
         ..JobRecord::default()
     }
-}
-
-/// The hash of what the nodes are to be sent, and of when events come.
-pub fn plan_sha256(job: &Job) -> String {
-    let mut hash = Sha256::new();
-    let event = |hash: &mut Sha256, at: usize, event: &Event| {
-        hash.update(format!("{at} {} {}\n", event.line, event.kind));
-    };
-    for step in &job.steps {
-        match step {
-            Step::Event(outside) => event(&mut hash, 0, outside),
-            Step::Direct(_) => {}
-            Step::Buffer(buffer) => {
-                buffer.events.iter().for_each(|(at, within)| event(&mut hash, *at, within));
-                for fill in &buffer.fills {
-                    hash.update([fill.unit.id]);
-                    hash.update(&fill.bytes);
-                }
-            }
-        }
-    }
-    journal::hex(&hash.finalize())
 }
