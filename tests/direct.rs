@@ -111,8 +111,12 @@ fn never(_: &MasterEvent) -> usize {
     0
 }
 
+fn counted(steps: AxisMap<i64>) -> AxisMap<Option<i64>> {
+    AxisMap::from_fn(|axis| Some(steps[axis]))
+}
+
 fn home_all() -> Job {
-    homing(&machine(), &[], Some(start(&machine())), Some(TICK_US)).unwrap()
+    homing(&machine(), &[], counted(start(&machine())), Some(TICK_US)).unwrap()
 }
 
 /// An axis that homes stops when a tick is over.
@@ -154,9 +158,9 @@ fn axes_run_to_their_switches_one_after_another() {
 
 #[test]
 fn a_position_that_was_wrong_shows() {
-    let mut counted = start(&machine());
-    counted[Axis::X] = 4000;
-    let job = homing(&machine(), &[Axis::X], Some(counted), Some(TICK_US)).unwrap();
+    let mut wrong = start(&machine());
+    wrong[Axis::X] = 4000;
+    let job = homing(&machine(), &[Axis::X], counted(wrong), Some(TICK_US)).unwrap();
     let ran = run(&job, vec![], never);
     let audit = ran.ending.homed[0].audit();
     assert!(matches!(audit, Audit::OffBy(3000..3500)), "{audit:?}");
@@ -171,7 +175,7 @@ fn a_switch_elsewhere_is_where_the_axis_is_said_to_be() {
     );
     let mut machine = Machine::parse("own", &text).unwrap();
     machine.bus.node_tick_us = TICK_US;
-    let job = homing(&machine, &[Axis::X], None, None).unwrap();
+    let job = homing(&machine, &[Axis::X], AxisMap::default(), None).unwrap();
     let nodes = Nodes::new(&machine, machine.bus.units(), &start(&machine), 250);
     let mut sim = Sim::new(nodes);
     let mut master = Master::new(job, &machine, Timing::new(&machine.bus, 1.0));

@@ -58,7 +58,7 @@ fn positions_feed_spindle_and_time_are_shown() {
     let event = |text: &str| Command::Event(Event { line: 1, kind: text.parse().unwrap() });
     let mut commands = vec![event("M3 S1200")];
     commands.extend(line(0, 2, [3, 4], 400));
-    commands.extend([event("M5"), event("G4 P2")]);
+    commands.extend([event("M5"), event("M6 T2 S900"), event("G4 P2")]);
     commands.extend(line(1, 5, [0, -10], 200));
     let (job, seen) = seen(commands);
     let machine = Machine::load("starmill").unwrap();
@@ -75,7 +75,8 @@ fn positions_feed_spindle_and_time_are_shown() {
     assert!((x.machine_mm - x.work_mm - 75.0).abs() < 1e-9 && x.work_mm > 5.9);
 
     let second = seen.iter().find(|reading| reading.ticks == 500).unwrap();
-    assert_eq!((second.spindle.clockwise, second.line), (None, 5));
+    assert_eq!((second.spindle.clockwise, second.spindle.rpm), (None, Some(900.0)));
+    assert_eq!(second.line, 5);
     assert!((second.feed_mm_min - 545.5).abs() < 0.1, "{}", second.feed_mm_min);
 
     // At rest nothing is fast.

@@ -335,8 +335,19 @@ impl Drilling<'_, '_, '_> {
         let is_tap = matches!(cycle, Cycle::Tap | Cycle::TapLeft);
         let allowed = self.executor.overrides.feed;
         self.executor.overrides.feed &= !is_tap;
+        let first = self.out.motions.len();
         self.drill(cycle, hole, at);
         self.executor.overrides.feed = allowed;
+        let bound = match cycle {
+            _ if is_tap && self.executor.cycle.is_rigid => Bound::Spindle,
+            Cycle::Tap | Cycle::TapLeft | Cycle::BoreBack | Cycle::BoreFine => Bound::Captive,
+            _ => return,
+        };
+        for motion in self.out.motions.iter_mut().skip(first) {
+            if let Motion::Move(step) = motion {
+                step.bound = bound;
+            }
+        }
     }
 
     fn drill(&mut self, cycle: Cycle, hole: &Hole, at: &mut Point) {
@@ -384,8 +395,6 @@ impl Drilling<'_, '_, '_> {
             Turning::Clockwise => Turning::CounterClockwise,
             _ => Turning::Clockwise,
         };
-        let is_rigid = self.executor.cycle.is_rigid;
-        let first = self.out.motions.len();
         if turning == Turning::Stopped {
             self.start(ahead);
         }
@@ -397,11 +406,6 @@ impl Drilling<'_, '_, '_> {
         self.out.function(5);
         if turning != Turning::Stopped {
             self.start(turning);
-        }
-        for motion in self.out.motions.iter_mut().skip(first).filter(|_| is_rigid) {
-            if let Motion::Move(step) = motion {
-                step.bound = Bound::Spindle;
-            }
         }
     }
 

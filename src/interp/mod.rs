@@ -7,6 +7,7 @@
 
 mod arc;
 mod body;
+mod captive;
 mod check;
 mod classify;
 mod compensate;
@@ -51,6 +52,7 @@ mod turns;
 mod words;
 
 pub use arc::FULL_CIRCLE_MM;
+pub use captive::is_captive;
 pub use check::{Checked, Said, Summary, check, check_and_hash};
 pub use motion::{Bound, Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};

@@ -40,6 +40,9 @@ pub enum Bound {
     Free,
     /// The spindle's turns: the feed is what follows from its speed (G33, G33.1, G76).
     Spindle,
+    /// Nothing, but the tool gets there and away by this way only: taps in floating holders, boring behind
+    /// an edge.
+    Captive,
     /// A probe or another input: the movement ends where it comes, at its end at the latest
     /// (G38.2 to G38.5, G31).
     Input,

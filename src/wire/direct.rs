@@ -204,21 +204,21 @@ pub enum DirectError {
 }
 
 /// Homes axes one after another: those that are wanted, or else all that the profile's `home_order`
-/// names, or else all. `counted` is where the machine stands as counted so far, if anybody has
-/// counted; `measured_tick_us` what a tick of the nodes really lasts.
+/// names, or else all. `counted` is where each axis stands as counted so far, if anybody has counted
+/// it; `measured_tick_us` what a tick of the nodes really lasts.
 ///
 /// # Errors
 /// The first thing that forbids it.
 pub fn homing(
     machine: &Machine,
     wanted: &[Axis],
-    counted: Option<AxisMap<i64>>,
+    counted: AxisMap<Option<i64>>,
     measured_tick_us: Option<u32>,
 ) -> Result<Job, DirectError> {
     if let Some(axis) = wanted.iter().find(|axis| machine.axis(**axis).is_none()) {
         return Err(DirectError::NoAxis(*axis));
     }
-    let home = |axis: Axis| home(machine, axis, counted, measured_tick_us).map(Direct::Home);
+    let home = |axis: Axis| home(machine, axis, counted[axis], measured_tick_us).map(Direct::Home);
     let steps = home_order(machine, wanted).into_iter().map(home).collect::<Result<_, _>>()?;
     Ok(job(machine, steps, counted))
 }
@@ -260,13 +260,13 @@ pub fn raw_jog(
     };
     jog.tick_us = node::go_us(u64::from(node_tick_us / 2), jog.byte());
     jog.lasts_us = ticks.saturating_mul(jog.tick_us);
-    Ok(job(machine, vec![Direct::Jog(jog)], None))
+    Ok(job(machine, vec![Direct::Jog(jog)], AxisMap::default()))
 }
 
 fn home(
     machine: &Machine,
     axis: Axis,
-    counted: Option<AxisMap<i64>>,
+    counted_steps: Option<i64>,
     measured_tick_us: Option<u32>,
 ) -> Result<Home, DirectError> {
     let (profile, unit) = axis_and_node(machine, axis)?;
@@ -296,7 +296,6 @@ fn home(
     let travel_steps = ((high_mm - low_mm) * profile.steps_per_mm) as u64;
     let ticks = travel_steps / u64::from(HOME_STEPS) + WAIT_TICKS;
     let wait_us = ticks.saturating_mul(tick_us) / 100 * WAIT_PERCENT;
-    let counted_steps = counted.map(|counted| counted[axis]);
     Ok(Home { unit, axis, switch_steps, counted_steps, tick_us, wait_us })
 }
 
@@ -327,8 +326,9 @@ fn unit_name(axis: Axis) -> &'static str {
     if axis.is_rotary() { "°" } else { "mm" }
 }
 
-fn job(machine: &Machine, steps: Vec<Direct>, counted: Option<AxisMap<i64>>) -> Job {
-    let start_steps = counted.unwrap_or(machine.nearest_steps(&machine.work_zero_mm));
+fn job(machine: &Machine, steps: Vec<Direct>, counted: AxisMap<Option<i64>>) -> Job {
+    let taken_for = machine.nearest_steps(&machine.work_zero_mm);
+    let start_steps = AxisMap::from_fn(|axis| counted[axis].unwrap_or(taken_for[axis]));
     let nodes: Vec<Unit> = steps.iter().map(Direct::unit).collect();
     let axes: AxisSet = nodes.iter().filter_map(|unit| unit.axis).collect();
     Job {
@@ -340,7 +340,7 @@ fn job(machine: &Machine, steps: Vec<Direct>, counted: Option<AxisMap<i64>>) -> 
         ticks: 0,
         nodes,
         axes,
-        unknown: if counted.is_some() { AxisSet::EMPTY } else { axes },
+        unknown: axes.iter().filter(|axis| counted[*axis].is_none()).collect(),
     }
 }
 
@@ -370,14 +370,16 @@ mod tests {
     #[test]
     fn homing_is_refused_where_it_is_too_fast() {
         let machine = starmill("[axes.X]");
-        let refused = homing(&machine, &[Axis::X], None, None).unwrap_err();
+        let homing = |wanted: &[Axis], tick_us| homing(&machine, wanted, AxisMap::default(), tick_us);
+        let refused = homing(&[Axis::X], None).unwrap_err();
         assert!(matches!(refused, DirectError::TooFast { least_us: 40_000, .. }), "{refused}");
-        assert!(homing(&machine, &[], None, Some(39_999)).is_err());
-        let job = homing(&machine, &[], None, Some(40_000)).unwrap();
+        assert!(homing(&[], Some(39_999)).is_err());
+        let job = homing(&[], Some(40_000)).unwrap();
         assert_eq!((job.steps.len(), job.axes.len(), job.unknown.len()), (3, 3, 3));
-        let gone = homing(&machine, &[Axis::A], None, Some(40_000));
+        let gone = homing(&[Axis::A], Some(40_000));
         assert_eq!(gone, Err(DirectError::NoAxis(Axis::A)));
-        let none = homing(&Machine::load("router").unwrap(), &[], None, None);
+        let router = Machine::load("router").unwrap();
+        let none = super::homing(&router, &[], AxisMap::default(), None);
         assert_eq!(none, Err(DirectError::NoProtocol));
     }
 

@@ -143,7 +143,7 @@ impl Live {
     pub fn event(&mut self, event: &MasterEvent) {
         // Whatever it is, the axes rest.
         self.way.clear();
-        if let MasterEvent::Event(event) = event {
+        if let MasterEvent::Event(event) | MasterEvent::Pause(event) = event {
             self.spindle.event(event.kind);
         }
     }

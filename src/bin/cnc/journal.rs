@@ -4,7 +4,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use cnc::base::{Axis, AxisMap, Machine};
+use cnc::base::{Axis, AxisMap, AxisSet, Machine};
 use cnc::wire::Job;
 use cnc::wire_io::is_pseudo_terminal;
 use cnc::wire_io::journal::{self, Journal, Place, Record};
@@ -12,6 +12,7 @@ use cnc::wire_io::journal::{self, Journal, Place, Record};
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
 use crate::input::Start;
+use crate::port::Port;
 
 /// Options of all commands that move a machine.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -46,8 +47,11 @@ impl PortJournal {
     ) -> Result<Option<PortJournal>, Failure> {
         let path = match &args.journal {
             Some(path) => Some(path.clone()),
-            None => default_path(port, global)?,
+            None => default_path(port)?,
         };
+        if path.is_none() && is_pseudo_terminal(port) && !global.quiet {
+            say!("warning: there is no folder to keep a journal in; --journal FILE names one");
+        }
         let Some(path) = path else { return Ok(None) };
         let journal = Journal::open(&path).map_err(|error| {
             let busy = matches!(error, journal::JournalError::Busy(_));
@@ -125,34 +129,6 @@ impl PortJournal {
         Ok(())
     }
 
-    /// Where the machine stands: by the operator's word, or by the journal of the port, or as said
-    /// otherwise where neither tells. Reads only.
-    pub fn stands(
-        port: &Path,
-        args: &JournalArgs,
-        machine: &Machine,
-        otherwise: AxisMap<i64>,
-        global: &Global,
-    ) -> Result<AxisMap<i64>, Failure> {
-        if let Some(at) = &args.at {
-            return Ok(machine.nearest_steps(&at.position_mm(machine)));
-        }
-        let path = match &args.journal {
-            Some(path) => Some(path.clone()),
-            None => default_path(port, global)?,
-        };
-        let mut stands = otherwise;
-        if let Some(path) = path.filter(|path| path.is_file() && port.exists()) {
-            let history = Journal::read(&path)?;
-            for axis in machine.bus.nodes.keys() {
-                if let Place::Known(steps) = history.place(*axis) {
-                    stands[*axis] = steps;
-                }
-            }
-        }
-        Ok(stands)
-    }
-
     fn shown(&self, steps: &AxisMap<i64>, machine: &Machine) -> String {
         let position_mm = machine.position_mm(steps);
         let axes = self.axes.iter().map(|axis| format!("{axis} {:.3}", position_mm[*axis]));
@@ -160,16 +136,76 @@ impl PortJournal {
     }
 }
 
+/// Where the machine stands, as far as anybody has told.
+#[derive(Default)]
+pub struct Told {
+    /// Of each axis, in motor steps.
+    pub steps: AxisMap<Option<i64>>,
+    /// Axes that have been homed, or stand there by the operator's word; others were counted from where a
+    /// job was taken to start.
+    referenced: AxisSet,
+}
+
+impl Told {
+    /// By the operator's word, or else by the journal of the port, if both are there. Reads only.
+    pub fn of(port: &Port, args: &JournalArgs, machine: &Machine) -> Result<Told, Failure> {
+        let mut told = Told::default();
+        let axes = machine.bus.nodes.keys().copied();
+        if let Some(at) = &args.at {
+            let steps = machine.nearest_steps(&at.position_mm(machine));
+            axes.for_each(|axis| told.tell(axis, steps[axis], true));
+            return Ok(told);
+        }
+        let port = port.path().ok().filter(|port| port.exists() && !args.power_cycled);
+        let path = match (&args.journal, port) {
+            (_, None) => None,
+            (Some(path), _) => Some(path.clone()),
+            (None, Some(port)) => default_path(&port)?,
+        };
+        let is_there = |path: &PathBuf| path.is_file();
+        if let Some(path) = path.filter(is_there) {
+            let history = Journal::read(&path)?;
+            for axis in axes {
+                if let Place::Known(steps) = history.place(axis) {
+                    told.tell(axis, steps, history.is_referenced(axis));
+                }
+            }
+        }
+        Ok(told)
+    }
+
+    fn tell(&mut self, axis: Axis, steps: i64, is_referenced: bool) {
+        self.steps[axis] = Some(steps);
+        if is_referenced {
+            self.referenced.insert(axis);
+        }
+    }
+
+    /// Where axes stand in mm that somebody has told of.
+    pub fn position_mm(&self, axis: Axis, machine: &Machine) -> Option<f64> {
+        let mut steps = AxisMap::default();
+        steps[axis] = self.steps[axis]?;
+        Some(machine.position_mm(&steps)[axis])
+    }
+
+    /// Where a job starts that says nothing of it: where the axes stand that have been homed; at the work
+    /// zero, by the operator's word, are all others. None if that is the work zero.
+    pub fn start(&self, machine: &Machine) -> Option<Start> {
+        let mut start_mm = machine.work_zero_mm;
+        for axis in self.referenced.iter() {
+            start_mm[axis] = self.position_mm(axis, machine)?;
+        }
+        (start_mm != machine.work_zero_mm).then(|| Start::at(&start_mm))
+    }
+}
+
 /// The journal of a port that is there: by the name of its adapter, if the system gives it one that
 /// lasts, else by its own.
-fn default_path(port: &Path, global: &Global) -> Result<Option<PathBuf>, Failure> {
+fn default_path(port: &Path) -> Result<Option<PathBuf>, Failure> {
     let Ok(device) = port.canonicalize() else { return Ok(None) };
     let folder = state_folder();
     if is_pseudo_terminal(port) {
         let usable = folder.ok().filter(|folder| std::fs::create_dir_all(folder).is_ok());
-        if usable.is_none() && !global.quiet {
-            say!("warning: there is no folder to keep a journal in; --journal FILE names one");
-        }
         return Ok(usable.map(|folder| of_pseudo_terminal(&folder, &device)));
     }
     let name = lasting_name(&device).unwrap_or_else(|| flat(&device));
@@ -177,14 +213,15 @@ fn default_path(port: &Path, global: &Global) -> Result<Option<PathBuf>, Failure
 }
 
 /// Pseudo-terminals are made anew under the same names: this one is told from those before by when
-/// it was made. Journals of those are taken away.
+/// it was made. Journals of those are taken away; its own may have an older one beside it.
 fn of_pseudo_terminal(folder: &Path, device: &Path) -> PathBuf {
     let number = flat(device);
     let made = std::fs::metadata(device).map_or(0, |device| {
         device.ctime().wrapping_mul(1_000_000_000).wrapping_add(device.ctime_nsec())
     });
     let name = format!("{number}-{made}.jsonl");
-    let of_others = |other: &str| other.starts_with(&format!("{number}-")) && other != name;
+    let of_others =
+        |other: &str| other.starts_with(&format!("{number}-")) && !other.starts_with(&name);
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(of_others) {
             // One that stays costs nothing but its place.

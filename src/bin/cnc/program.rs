@@ -200,6 +200,12 @@ impl Program {
         Ok(self.seams.get_or_init(|| placed))
     }
 
+    /// Whether a tool that stands at a place, at blocks of these lines, is where it cannot be put back.
+    pub fn is_captive(&self, lines: &[u32], at_mm: &Point) -> Result<bool, RunError> {
+        let motions = interp::motions(&self.source, &self.machine, &self.options);
+        interp::is_captive(motions, &self.machine, lines, at_mm)
+    }
+
     /// What sets the speed of each block.
     pub fn block_speeds(
         &self,

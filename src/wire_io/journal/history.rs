@@ -3,14 +3,17 @@
 //! Rule: any beginning of a journal says something that was true when it was written; a last line that
 //! is not whole says nothing. A job without an end locks the port: whoever wrote it was killed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
 
 use crate::base::Axis;
 
 use super::record::{EndRecord, JobRecord, Record, Steps, parse_tick};
 
 /// What a journal tells of an axis.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Place {
     /// Nothing: no job has run yet.
     Untold,
@@ -21,7 +24,7 @@ pub enum Place {
 }
 
 /// A job of a journal.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PastJob {
     /// What it is.
     pub job: JobRecord,
@@ -36,13 +39,15 @@ pub struct PastJob {
 }
 
 /// What a journal says.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct History {
     /// Why nobody may send anything: nodes may hold a buffer, and would take any byte for a tick.
     locked: Option<String>,
     /// Why axes are unknown of which nothing else is told.
     unknown: Option<String>,
     places: BTreeMap<Axis, Place>,
+    /// Axes that have been homed or placed; others are counted from where a job was taken to start.
+    referenced: BTreeSet<Axis>,
     /// Axes of the last job.
     axes: Vec<Axis>,
     /// The last job that `send` has sent of a program or a dump.
@@ -86,19 +91,23 @@ impl History {
 
     fn line(&mut self, text: &str) -> Result<(), serde_json::Error> {
         match parse_tick(text) {
-            Some((ticks, line)) => {
-                if let Some(past) = self.sent() {
-                    (past.ticks, past.line) = (ticks, line);
-                }
-            }
+            Some((ticks, line)) => self.tick(ticks, line),
             None => self.record(serde_json::from_str(text)?),
         }
         Ok(())
     }
 
+    /// So many ticks have been acknowledged, the last one of this line.
+    pub(super) fn tick(&mut self, ticks: u64, line: u32) {
+        if let Some(past) = self.sent() {
+            (past.ticks, past.line) = (ticks, line);
+        }
+    }
+
     /// Takes what comes next.
     pub fn record(&mut self, record: Record) {
         match record {
+            Record::Carried(history) => *self = *history,
             Record::Job(job) => {
                 self.locked = Some(format!(
                     "the job {} of {} has no end in the journal: its host was killed, or lost power",
@@ -107,13 +116,14 @@ impl History {
                 self.is_sent = job.command == "send";
                 self.axes = job.start_steps.keys().copied().collect();
                 if self.is_sent {
-                    let steps = job.resumed.map_or(0, |resumed| resumed.done);
+                    let steps = job.resumed.as_ref().map_or(0, |resumed| resumed.done);
                     self.last_sent = Some(PastJob { job: *job, steps, ..PastJob::default() });
                 }
             }
             Record::Seam { steps, ticks, .. } => {
                 if let Some(past) = self.sent() {
-                    past.steps = past.job.resumed.unwrap_or_default().whole(steps);
+                    let resumed = past.job.resumed.as_ref();
+                    past.steps = resumed.map_or(steps, |resumed| resumed.whole(steps));
                     past.ticks = ticks;
                 }
             }
@@ -121,6 +131,7 @@ impl History {
             Record::PowerCycled { time } => {
                 self.locked = None;
                 self.places.clear();
+                self.referenced.clear();
                 self.unknown = Some(format!("the nodes have been switched off ({time})"));
             }
             Record::Placed { position, .. } => self.put(position),
@@ -146,6 +157,11 @@ impl History {
             let why = || axis_end.why.clone().unwrap_or_else(|| axis_end.state.clone());
             let place = if known { Place::Known(axis_end.steps) } else { Place::Unknown(why()) };
             self.places.insert(*axis, place);
+            if !known {
+                self.referenced.remove(axis);
+            } else if axis_end.homed.is_some() {
+                self.referenced.insert(*axis);
+            }
         }
         if let Some(past) = self.sent() {
             (past.ticks, past.line) = (end.ticks, end.line);
@@ -154,6 +170,7 @@ impl History {
     }
 
     fn put(&mut self, position: Steps) {
+        self.referenced.extend(position.keys());
         self.places.extend(position.into_iter().map(|(axis, steps)| (axis, Place::Known(steps))));
     }
 
@@ -170,6 +187,12 @@ impl History {
     pub fn place(&self, axis: Axis) -> Place {
         let untold = || self.unknown.clone().map_or(Place::Untold, Place::Unknown);
         self.places.get(&axis).cloned().unwrap_or_else(untold)
+    }
+
+    /// Whether an axis has been homed, or stands by somebody's word, since it was unknown. If not, it has
+    /// been counted from where a job was taken to start.
+    pub fn is_referenced(&self, axis: Axis) -> bool {
+        self.referenced.contains(&axis)
     }
 
     /// The last job that `send` has sent of a program or a dump.

@@ -3,13 +3,16 @@
 //!
 //! Rules: a line is written whole or, by a host that dies, cut short at the end of the file; a tick is
 //! written before the next one is sent; seams, holds and ends are on the disk before the job goes on.
-//! One program at a time writes a journal. When a line cannot be written, the job is held and ends.
+//! One program at a time writes a journal. When a line cannot be written, the job is held and ends. A
+//! journal that has grown long begins anew with what it has said.
 
+mod anew;
 mod history;
 mod record;
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use rustix::fs::FlockOperation;
@@ -19,9 +22,10 @@ use crate::wire::{Ending, Master, MasterEvent};
 use crate::wire_io::drive::Operator;
 use crate::wire_io::hands::Hands;
 
+use anew::LENGTH_MAX;
 pub use history::{History, NoRecord, PastJob, Place};
 pub use record::{
-    AxisRecord, EndRecord, JobRecord, Named, Record, Resumed, Steps, hex, now, steps_of,
+    AxisRecord, EndRecord, HomeRecord, JobRecord, Named, Record, Resumed, Steps, hex, now, steps_of,
 };
 
 /// A journal that cannot be used.
@@ -59,6 +63,10 @@ pub struct Journal {
     /// Bytes of whole lines.
     whole: u64,
     history: History,
+    /// From this length on it begins anew.
+    length_max: u64,
+    /// Why it could not, if so.
+    too_long: Option<String>,
     /// Why a line could not be written.
     failed: Option<String>,
 }
@@ -69,18 +77,26 @@ impl Journal {
     /// # Errors
     /// When another program has it open, or it cannot be read, or is none.
     pub fn open(path: &Path) -> Result<Journal, JournalError> {
-        let path = path.to_owned();
-        let mut options = OpenOptions::new();
-        let file = match options.read(true).append(true).open(&path) {
-            Ok(file) => file,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let (history, failed) = (History::default(), None);
-                return Ok(Journal { path, file: None, whole: 0, history, failed });
-            }
-            Err(reason) => return Err(JournalError::Io { path, what: "opened", reason }),
+        let mut journal = Journal {
+            path: path.to_owned(),
+            file: None,
+            whole: 0,
+            history: History::default(),
+            length_max: LENGTH_MAX,
+            too_long: None,
+            failed: None,
         };
-        let (history, whole) = claim(&path, &file)?;
-        Ok(Journal { path, file: Some(file), whole, history, failed: None })
+        match OpenOptions::new().read(true).append(true).open(path) {
+            Ok(file) => {
+                (journal.history, journal.whole) = claim(path, &file)?;
+                journal.file = Some(file);
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(reason) => {
+                return Err(JournalError::Io { path: path.to_owned(), what: "opened", reason });
+            }
+        }
+        Ok(journal)
     }
 
     /// Reads what a journal says.
@@ -117,6 +133,7 @@ impl Journal {
     /// # Errors
     /// When it cannot be written.
     pub fn append(&mut self, record: Record) -> Result<(), JournalError> {
+        self.begin_anew();
         self.line(&record).and_then(|()| self.sync()).map_err(|reason| JournalError::Io {
             path: self.path.clone(),
             what: "written",
@@ -129,21 +146,21 @@ impl Journal {
     /// Writes how a job ended, even after lines that could not be written. If it cannot be written
     /// either, [`Journal::failed`] says so, and the journal shows a job without an end.
     pub fn end(&mut self, ending: &Ending) {
-        let record = Record::End(Box::new(EndRecord::new(ending)));
-        self.note(&record, true);
-        self.history.record(record);
+        self.note(Record::End(Box::new(EndRecord::new(ending))), true);
     }
 
     /// Writes a line of a job under way, and keeps the reason if it cannot.
-    fn note(&mut self, record: &Record, on_disk: bool) {
-        let written = self.line(record);
+    fn note(&mut self, record: Record, on_disk: bool) {
+        let written = self.line(&record);
         let written = if on_disk { written.and_then(|()| self.sync()) } else { written };
         self.keep(written);
+        self.history.record(record);
     }
 
     fn note_tick(&mut self, ticks: u64, line: u32) {
         let written = self.write(record::tick_line(ticks, line).as_bytes());
         self.keep(written);
+        self.history.tick(ticks, line);
     }
 
     fn keep(&mut self, written: io::Result<()>) {
@@ -201,6 +218,10 @@ fn claim(path: &Path, mut file: &File) -> Result<(History, u64), JournalError> {
     if rustix::fs::flock(file, FlockOperation::NonBlockingLockExclusive).is_err() {
         return Err(JournalError::Busy(path));
     }
+    // Whoever had it open has begun it anew: the lock is on the old one.
+    if !is_named(&path, file) {
+        return Err(JournalError::Busy(path));
+    }
     let mut bytes = Vec::new();
     let is_file = file.metadata().is_ok_and(|kind| kind.is_file());
     let read = if is_file { file.read_to_end(&mut bytes) } else { Ok(0) };
@@ -217,6 +238,13 @@ fn claim(path: &Path, mut file: &File) -> Result<(History, u64), JournalError> {
         return Err(JournalError::Io { path, what: "written", reason });
     }
     Ok((history, whole as u64))
+}
+
+/// Whether a file has this name.
+fn is_named(path: &Path, file: &File) -> bool {
+    let id = |metadata: Metadata| (metadata.dev(), metadata.ino());
+    let (named, open) = (std::fs::metadata(path).map(id), file.metadata().map(id));
+    matches!((named, open), (Ok(named), Ok(open)) if named == open)
 }
 
 /// An operator whose job is written down.
@@ -262,9 +290,12 @@ impl<O: Operator> Operator for Journaled<'_, O> {
             | MasterEvent::Ended(_) => None,
         };
         if let Some(record) = record {
-            let is_seam = matches!(record, Record::Seam { .. } | Record::Held { .. });
-            let on_disk = is_seam || matches!(event, MasterEvent::Pause(_));
-            self.journal.note(&record, on_disk);
+            let is_seam = matches!(record, Record::Seam { .. });
+            let waits = matches!(event, MasterEvent::Held { .. } | MasterEvent::Pause(_));
+            self.journal.note(record, is_seam || waits);
+            if is_seam {
+                self.journal.begin_anew();
+            }
         }
         self.operator.event(event);
     }
@@ -280,7 +311,7 @@ impl<O: Operator> Operator for Journaled<'_, O> {
     fn held(&mut self, master: &Master) -> bool {
         let goes_on = self.journal.failed().is_none() && self.operator.held(master);
         if goes_on {
-            self.journal.note(&Record::Resumed, false);
+            self.journal.note(Record::Resumed, false);
         }
         goes_on
     }

@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::machine::Unit;
 use crate::base::{Axis, AxisMap, Event};
-use crate::wire::{Doubt, End, Ending, PacingFigures};
+use crate::wire::{Doubt, End, Ending, HomeRun, PacingFigures};
+
+use super::history::History;
 
 /// What each axis has one of, in motor steps.
 pub type Steps = BTreeMap<Axis, i64>;
@@ -16,6 +18,8 @@ pub type Steps = BTreeMap<Axis, i64>;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Record {
+    /// What a journal that was too long has said.
+    Carried(Box<History>),
     /// A job begins. Until its [`Record::End`] nobody knows what the nodes hold.
     Job(Box<JobRecord>),
     /// A node is given its buffer.
@@ -116,17 +120,20 @@ pub struct JobRecord {
 }
 
 /// How the steps of a resumed job belong to those of the whole one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resumed {
     /// Steps of the whole job that were done before.
     pub done: usize,
     /// Steps at the beginning of this one that lead there.
     pub approach: usize,
+    /// Where the machine stood before the first tick of the whole one.
+    #[serde(default)]
+    pub start_steps: Steps,
 }
 
 impl Resumed {
     /// Steps of the whole job that are done once so many of this one are.
-    pub fn whole(self, steps: usize) -> usize {
+    pub fn whole(&self, steps: usize) -> usize {
         self.done + steps.saturating_sub(self.approach)
     }
 }
@@ -184,6 +191,24 @@ pub struct AxisRecord {
     pub state: String,
     /// Why it is not known.
     pub why: Option<String>,
+    /// It was homed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub homed: Option<HomeRecord>,
+}
+
+/// What the audit of a homed axis had to go by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HomeRecord {
+    /// Steps that it made by the time it took, at least and at most.
+    pub made_steps: [u64; 2],
+    /// Steps that it had to make by what was counted, if anybody had counted.
+    pub counted_steps: Option<i64>,
+}
+
+impl HomeRecord {
+    fn new(run: &HomeRun) -> HomeRecord {
+        HomeRecord { made_steps: run.made_steps, counted_steps: run.counted_steps }
+    }
 }
 
 impl EndRecord {
@@ -194,6 +219,7 @@ impl EndRecord {
             End::Interrupted => ("interrupted", None),
             End::Failed(fault) => ("failed", Some(fault.to_string())),
         };
+        let homed = |axis: Axis| ending.homed.iter().find(|run| run.axis == axis);
         // Of what nobody has known nor moved, the journal knows no less than before.
         let told = ending.axes.iter().filter(|end| end.why != Some(Doubt::Untold));
         let axes = told.map(|end| {
@@ -202,6 +228,7 @@ impl EndRecord {
                 position_mm: end.position_mm,
                 state: end.position.name().to_owned(),
                 why: end.why.map(|why| why.to_string()),
+                homed: homed(end.axis).map(HomeRecord::new),
             };
             (end.axis, record)
         });

@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::{Axis, AxisMap, Machine};
 use crate::wire::Job;
 use crate::wire_io::clock::Speed;
+use crate::wire_io::journal::Resumed;
 use crate::wire_io::link::{Link, LinkError};
 
 pub use self::read::{TraceError, TraceReader};
@@ -62,6 +63,9 @@ pub struct TraceHeader {
     pub job_sha256: String,
     /// Machine position before the first tick.
     pub start_steps: BTreeMap<Axis, i64>,
+    /// It is what was left of another job, and the way there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resumed: Option<Resumed>,
 }
 
 impl TraceHeader {
@@ -84,13 +88,23 @@ impl TraceHeader {
             program: program.to_owned(),
             job_sha256: hex(&job.sha256()),
             start_steps: axes.map(|axis| (axis, job.start_steps[axis])).collect(),
+            resumed: None,
         }
     }
 
     /// Where the machine stood before the first tick.
     pub fn start(&self) -> AxisMap<i64> {
-        AxisMap::from_fn(|axis| self.start_steps.get(&axis).copied().unwrap_or(0))
+        steps(&self.start_steps)
     }
+
+    /// Where it stood before the first tick of the whole job, if this is the rest of one.
+    pub fn whole_start(&self) -> AxisMap<i64> {
+        steps(self.resumed.as_ref().map_or(&self.start_steps, |resumed| &resumed.start_steps))
+    }
+}
+
+fn steps(of_axes: &BTreeMap<Axis, i64>) -> AxisMap<i64> {
+    AxisMap::from_fn(|axis| of_axes.get(&axis).copied().unwrap_or(0))
 }
 
 /// One line behind the first.

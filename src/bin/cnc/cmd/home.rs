@@ -1,6 +1,6 @@
 //! `cnc home`: axes run to their switches, one after another.
 
-use cnc::base::Axis;
+use cnc::base::{Axis, AxisMap};
 use cnc::wire;
 
 use super::send::direct::{self, AxisList, DirectArgs};
@@ -8,6 +8,7 @@ use super::send::{by_hand, check_speed, run_job};
 use crate::args::Global;
 use crate::exit::{ExitWith, Outcome};
 use crate::input::{self, Start};
+use crate::journal::Told;
 
 /// Sends axes to their home switches
 ///
@@ -24,7 +25,7 @@ pub struct Args {
     #[arg(long, value_name = "US", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     measured_tick: Option<u32>,
     /// Machine position at which the axes are believed to stand, in mm: held against the time that
-    /// homing takes
+    /// homing takes [default: what the journal has]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     start: Option<Start>,
 }
@@ -35,8 +36,13 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let port = send.port.port(global)?;
     check_speed(&send, &port)?;
     let axes: Vec<Axis> = args.axes.iter().flat_map(|list| list.0.iter().copied()).collect();
-    let counted =
-        args.start.as_ref().map(|start| machine.nearest_steps(&start.position_mm(&machine)));
+    let counted = match &args.start {
+        Some(start) => {
+            let steps = machine.nearest_steps(&start.position_mm(&machine));
+            AxisMap::from_fn(|axis| Some(steps[axis]))
+        }
+        None => Told::of(&port, &args.direct.journal, &machine)?.steps,
+    };
     let job = wire::homing(&machine, &axes, counted, args.measured_tick).or_bad_input()?;
     // Simulated nodes take over a tick what the machine's were measured to take.
     if let Some(tick_us) = args.measured_tick.filter(|_| args.direct.is_sim().unwrap_or(false)) {

@@ -245,7 +245,7 @@ impl<W: Write> Listing<W> {
         let name = match step.kind {
             MoveKind::Rapid => "rapid",
             MoveKind::Line { .. } => match step.bound {
-                Bound::Free => "line",
+                Bound::Free | Bound::Captive => "line",
                 Bound::Spindle => "thread",
                 Bound::Input => "probe",
             },
@@ -307,7 +307,7 @@ impl<W: Write> Listing<W> {
             self.shown_feed.write(text, feed_mm_min);
         }
         match step.bound {
-            Bound::Free => {}
+            Bound::Free | Bound::Captive => {}
             Bound::Spindle => text.extend_from_slice(b",\"sync\":true"),
             Bound::Input => text.extend_from_slice(b",\"probe\":true"),
         }

@@ -15,6 +15,7 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
+use crate::journal::Told;
 
 /// Moves one axis
 ///
@@ -33,7 +34,8 @@ pub struct Args {
     /// start and stop at]
     #[arg(long, value_name = "F", value_parser = feed)]
     feed: Option<f64>,
-    /// Machine position at which the axis stands, in mm [default: the profile's work zero]
+    /// Machine position at which the axis stands, in mm [default: where the journal
+    /// has it, or else the profile's work zero]
     #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = position)]
     from: Option<f64>,
     /// Let the node run by itself, without ramp, limits or a position afterwards; Enter, Ctrl-C or the
@@ -54,9 +56,11 @@ fn feed(text: &str) -> Result<f64, String> {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
-    // Who says where the axis stands knows what is about to happen.
-    let send = args.direct.to_send(args.raw || args.from.is_none());
-    let port = send.port.port(global)?;
+    let port = args.direct.port.port(global)?;
+    let told = Told::of(&port, &args.direct.journal, &machine)?;
+    let from = args.from.or(told.position_mm(args.axis, &machine));
+    // Who says where the axis stands knows what is about to happen; so does the journal.
+    let send = args.direct.to_send(args.raw || from.is_none());
     check_speed(&send, &port)?;
     if args.raw {
         let interrupts = Interrupts::watch()?;
@@ -67,7 +71,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         return Ok(if stopped { Exit::Interrupted } else { exit });
     }
     let mut start_mm = machine.work_zero_mm;
-    start_mm[args.axis] = args.from.unwrap_or(start_mm[args.axis]);
+    start_mm[args.axis] = from.unwrap_or(start_mm[args.axis]);
     let way = path::jog(&machine, args.axis, start_mm, args.by, args.feed).or_bad_input()?;
     let job = planned(&machine, way, start_mm)?;
     let job = job.only([args.axis].into_iter().collect());

@@ -10,13 +10,13 @@ use cnc::base::machine::Unit;
 use cnc::base::{AxisMap, Machine};
 use cnc::step::Summary;
 use cnc::wire::{ANSWER_PAUSE_US, Activity, Answer, Job, Nodes, Reached, Replay, in_step, reached};
-use cnc::wire_io::{TraceLine, TraceReader, hex};
+use cnc::wire_io::{TraceHeader, TraceLine, TraceReader, hex};
 use serde_json::{Map, Value, json};
 
-use super::send;
+use super::send::{self, resume};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
-use crate::input;
+use crate::input::{self, Start};
 use crate::program::{MotionArgs, Program};
 
 /// Hazards that are told one by one.
@@ -58,7 +58,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             machine.id
         ));
     }
-    let job = match job(args, &machine, global)? {
+    let job = match job(args, header, &machine, global)? {
         Ok(job) => job,
         Err(exit) => return Ok(exit),
     };
@@ -83,22 +83,49 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     Ok(if report.is_same() { Exit::Ok } else { Exit::BadInput })
 }
 
-/// The job of a program or a dump, as `send` makes it, if there is one.
+/// The job of a program or a dump, as `send` made it, if there is one: planned from where the machine stood,
+/// and what was left of it where a job was gone on with.
 fn job(
     args: &Args,
+    header: &TraceHeader,
+    machine: &Machine,
+    global: &Global,
+) -> Result<Result<Option<Job>, Exit>, Failure> {
+    let whole = match whole(args, header, machine, global)? {
+        Ok(whole) => whole,
+        Err(exit) => return Ok(Err(exit)),
+    };
+    Ok(Ok(match (whole, &header.resumed) {
+        (Some(whole), Some(resumed)) => {
+            Some(resume::rest(&whole, resumed.done, header.start(), machine)?.job)
+        }
+        (whole, _) => whole,
+    }))
+}
+
+/// The job before it was cut short.
+fn whole(
+    args: &Args,
+    header: &TraceHeader,
     machine: &Machine,
     global: &Global,
 ) -> Result<Result<Option<Job>, Exit>, Failure> {
     let source = args.file.as_deref().map(input::source).transpose()?;
+    let mut motion = args.motion.clone();
+    let start_steps = header.whole_start();
+    // The work zero may lie between two steps, and a job starts there exactly.
+    if motion.start.is_none() && start_steps != machine.nearest_steps(&machine.work_zero_mm) {
+        motion.start = Some(Start::at(&machine.position_mm(&start_steps)));
+    }
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
             return Ok(Ok(Some(send::dump(&source, machine)?.0)));
         }
         (Some(file), Some(source)) => {
-            Program::check(file, source, machine.clone(), &args.motion, global)?
+            Program::check(file, source, machine.clone(), &motion, global)?
         }
         _ if args.execute.is_empty() => return Ok(Ok(None)),
-        _ => Program::check_typed(&args.execute, machine.clone(), &args.motion, global)?,
+        _ => Program::check_typed(&args.execute, machine.clone(), &motion, global)?,
     };
     let program = match program {
         Ok(program) => program,

@@ -6,7 +6,7 @@ mod live;
 mod operator;
 mod pacing;
 mod result;
-mod resume;
+pub mod resume;
 pub mod sim;
 mod tracing;
 
@@ -37,7 +37,7 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
-use crate::journal::{JournalArgs, PortJournal};
+use crate::journal::{JournalArgs, PortJournal, Told};
 use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, MotionArgs, Program};
 use crate::progress::Bar;
@@ -95,8 +95,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             let work = Work { record: book::record(&origin), program: None };
             return run_job(args, global, &port, &machine, job, work);
         }
-        (Some(file), Some(source)) => Program::check(file, source, machine, &args.motion, global)?,
-        _ => Program::check_typed(&args.execute, machine, &args.motion, global)?,
+        (Some(file), Some(source)) => {
+            let motion = motion(args, &port, &machine, global)?;
+            Program::check(file, source, machine, &motion, global)?
+        }
+        _ => {
+            let motion = motion(args, &port, &machine, global)?;
+            Program::check_typed(&args.execute, machine, &motion, global)?
+        }
     };
     let program = match program {
         Ok(program) => program,
@@ -110,6 +116,27 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let command = if args.file.is_some() { "send" } else { "typed" };
     let record = JobRecord { command: command.to_owned(), ..book::record(&origin) };
     run_job(args, global, &port, machine, job, Work { record, program: Some(&program) })
+}
+
+/// How the job is planned: from where the user says, or else from where the one began that it goes on with,
+/// or else from where axes stand that have been homed.
+fn motion(
+    args: &Args,
+    port: &Port,
+    machine: &Machine,
+    global: &Global,
+) -> Result<MotionArgs, Failure> {
+    let mut motion = args.motion.clone();
+    if motion.start.is_none() {
+        motion.start = match &args.resume {
+            Some(journal) => resume::start(journal)?,
+            None => Told::of(port, &args.journal, machine)?.start(machine),
+        };
+        if motion.start.is_some() && args.resume.is_none() && !global.quiet {
+            say!("the job is planned from where the axes stand");
+        }
+    }
+    Ok(motion)
 }
 
 /// What a job was made from.
@@ -144,7 +171,7 @@ pub fn run_job(
     let machine = &port.machine(machine);
     work.record.plan_sha256 = journal::hex(&job.sha256());
     let (job, work) = match &args.resume {
-        Some(journal) => resumed(args, global, port, machine, journal, job, work)?,
+        Some(journal) => resumed(args, port, machine, journal, job, work)?,
         None => (job, work),
     };
     let proof = wire::lint(&job, machine).or_bad_input()?;
@@ -186,7 +213,7 @@ pub fn run_job(
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
     }
-    let tracing = Tracing::create(args, faults.is_some())?;
+    let tracing = Tracing::create(args, faults.is_some(), work.record.resumed.clone())?;
     let journal = journal.as_mut().map(|opened| &mut opened.journal);
     let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
     let book = journal.map(|journal| Book::new(journal, record));
@@ -217,17 +244,16 @@ fn operator(
 /// What is left of a job, from where the machine stands; says what it will do.
 fn resumed<'w>(
     args: &Args,
-    global: &Global,
     port: &Port,
     machine: &Machine,
     journal: &Path,
     job: Job,
     mut work: Work<'w>,
 ) -> Result<(Job, Work<'w>), Failure> {
-    let resume = Resume::of(journal, &work.record)?;
-    let (path, start) = (port.path()?, job.start_steps);
-    let stands = PortJournal::stands(&path, &args.journal, machine, start, global)?;
-    let plan = resume.plan(&job, stands, machine)?;
+    let resume = Resume::of(journal, &work.record, machine)?;
+    let (start, told) = (job.start_steps, Told::of(port, &args.journal, machine)?.steps);
+    let stands = AxisMap::from_fn(|axis| told[axis].unwrap_or(start[axis]));
+    let plan = resume.plan(&job, stands, machine, work.program)?;
     plan.told.iter().for_each(|line| say!("resume    {line}"));
     (work.record.resumed, work.program) = (Some(plan.resumed), None);
     Ok((plan.job, work))

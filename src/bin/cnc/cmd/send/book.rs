@@ -37,6 +37,9 @@ impl<'a> Book<'a> {
 
     pub fn end(&mut self, ending: &Ending) {
         self.journal.end(ending);
+        if let Some(why) = self.journal.too_long() {
+            say!("warning: {why}");
+        }
     }
 
     /// A job whose journal is not whole has failed, whatever became of it.

@@ -1,6 +1,8 @@
 //! Jobs that no file is read for, as `jog` and `home` make them: their options, and what is said of
 //! what nodes do by themselves.
 
+use std::path::PathBuf;
+
 use cnc::base::Axis;
 use cnc::base::rounding::six_digits;
 use cnc::wire::{Audit, Direct, HomeRun, Job, Step};
@@ -25,6 +27,9 @@ pub struct DirectArgs {
     /// Pace so many times faster, for virtual nodes that run at the same speed
     #[arg(long, value_name = "K|max")]
     pub speed: Option<Speed>,
+    /// Write every byte both ways and its time, as JSON Lines (cnc replay reads them)
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
     #[command(flatten)]
     pub journal: JournalArgs,
 }
@@ -37,6 +42,7 @@ impl DirectArgs {
             dry_run: self.dry_run,
             yes: self.yes || !asks,
             speed: self.speed,
+            trace: self.trace.clone(),
             journal: self.journal.clone(),
             ..Args::default()
         }

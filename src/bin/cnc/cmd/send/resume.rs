@@ -13,10 +13,12 @@ use cnc::path::{Corner, Curve, PathItem, Segment};
 use cnc::plan::{self, Feed};
 use cnc::step;
 use cnc::wire::{InForce, Job, Step};
-use cnc::wire_io::journal::{JobRecord, Journal, PastJob, Resumed};
+use cnc::wire_io::journal::{self, JobRecord, Journal, PastJob, Resumed};
 
 use super::gather;
 use crate::exit::{ExitWith, Failure};
+use crate::input::Start;
+use crate::program::Program;
 
 /// The share of Z's greatest speed at which the tool comes back to the work.
 const DOWN_SHARE: f64 = 0.25;
@@ -24,6 +26,15 @@ const DOWN_SHARE: f64 = 0.25;
 /// What the journal of a job lets be gone on with.
 pub struct Resume {
     past: PastJob,
+}
+
+/// Where the last job of a journal was planned from, if not from the work zero.
+pub fn start(journal: &Path) -> Result<Option<Start>, Failure> {
+    let history = Journal::read(journal)?;
+    let mut options = history.last_sent().into_iter().flat_map(|past| &past.job.options);
+    let start = options.find_map(|option| option.strip_prefix("start="));
+    let start = start.map(|start| start.parse().map_err(|error: String| anyhow!(error)));
+    start.transpose().or_bad_input()
 }
 
 /// A job that goes on, and what it does, for a person to read.
@@ -35,7 +46,7 @@ pub struct Plan {
 
 impl Resume {
     /// The last job of a journal, if it is the same as this one and has not been done.
-    pub fn of(journal: &Path, job: &JobRecord) -> Result<Resume, Failure> {
+    pub fn of(journal: &Path, job: &JobRecord, machine: &Machine) -> Result<Resume, Failure> {
         let history = Journal::read(journal)?;
         let name = journal.display();
         let past = history.last_sent();
@@ -55,7 +66,8 @@ impl Resume {
             return Err(anyhow!("{name} tells of a job with {what}: it cannot be gone on with"))
                 .or_bad_input();
         }
-        if was.options.iter().any(|option| option == "dialect=fanuc-lathe") {
+        let is_lathe = was.options.iter().any(|option| option == "dialect=fanuc-lathe");
+        if is_lathe || Axis::LINEAR.iter().any(|axis| machine.axis(*axis).is_none()) {
             return Err(anyhow!("a lathe's way back to the work is not up, over and down"))
                 .or_bad_input();
         }
@@ -65,38 +77,37 @@ impl Resume {
         Ok(Resume { past: past.clone() })
     }
 
-    /// The job from where the machine stands.
+    /// The job from where the machine stands; refused where the tool cannot be put back, as far as the
+    /// program, if it is at hand, tells that.
     pub fn plan(
         &self,
         whole: &Job,
         stands: AxisMap<i64>,
         machine: &Machine,
+        program: Option<&Program>,
     ) -> Result<Plan, Failure> {
-        let done = self.past.steps;
-        let rest = whole.after(done, machine);
-        let now = InForce::after(whole.steps.iter().take(done).flat_map(events));
-        let (from, to) = (machine.position_mm(&stands), rest.start_mm);
-        let line = rest.steps.iter().find_map(first_line).unwrap_or(0);
-        let mut above = from;
-        above[Axis::Z] = safe_mm(whole, &from, machine);
-        let mut over = to;
-        over[Axis::Z] = above[Axis::Z];
-        let down_mm_s = machine.axis(Axis::Z).map(|z| z.speed_max_mm_s * DOWN_SHARE);
-        let lead = Lead { machine, line };
-        let up = lead.job(&[(from, above, None), (above, over, None)], stands)?;
-        let restored = Job::of_events(now.events().cloned(), up.end_steps, machine);
-        let down = lead.job(&[(over, to, down_mm_s)], up.end_steps)?;
-        let approach = up.followed_by(restored, machine).followed_by(down, machine);
-        let resumed = Resumed { done, approach: approach.steps.len() };
-        let told = self.told(whole, &rest, &now, [above, over, to]);
-        Ok(Plan { job: approach.followed_by(rest, machine), resumed, told })
+        let rest = rest(whole, self.past.steps, stands, machine)?;
+        let mut told = self.told(whole, &rest, machine);
+        match program {
+            Some(program) => check_free(&rest, program)?,
+            None if rest.done > 0 => told.push(format!(
+                "a dump does not tell what line {} does: see to it that the tool is in no thread there",
+                rest.line
+            )),
+            None => {}
+        }
+        let start_steps = journal::steps_of(whole.axes.iter(), &whole.start_steps);
+        let resumed = Resumed { done: rest.done, approach: rest.approach, start_steps };
+        Ok(Plan { job: rest.job, resumed, told })
     }
 
-    fn told(&self, whole: &Job, rest: &Job, now: &InForce, way: [Point; 3]) -> Vec<String> {
+    fn told(&self, whole: &Job, rest: &Rest, machine: &Machine) -> Vec<String> {
         let PastJob { job, ticks, line, end, .. } = &self.past;
         let how = end.as_ref().map_or("cut off", |end| end.result.as_str());
-        let [above, over, to] = way;
+        let [above, over, to] = rest.way;
         let done = whole.ticks - rest.ticks;
+        let axes = machine.axes.iter().map(|profile| profile.axis).filter(|axis| *axis != Axis::Z);
+        let over: Vec<_> = axes.map(|axis| format!("{axis} to {:.3}", over[axis])).collect();
         let mut told = vec![
             format!(
                 "{} of {}, {how} after {ticks} ticks in line {line}",
@@ -104,20 +115,85 @@ impl Resume {
             ),
             format!("goes on from its last seam, behind tick {done} of {}:", whole.ticks),
             format!("Z to {:.3}, the safe height", above[Axis::Z]),
-            format!("X to {:.3}, Y to {:.3}", over[Axis::X], over[Axis::Y]),
+            over.join(", "),
         ];
-        told.extend(now.events().map(|event| format!("{} (line {})", event.kind, event.line)));
+        told.extend(rest.now.events().map(|event| format!("{} (line {})", event.kind, event.line)));
         told.push(format!("Z down to {:.3}", to[Axis::Z]));
-        let next = rest.steps.iter().find_map(first_line);
-        told.push(match next {
-            Some(line) => format!("then the {} ticks that are left, from line {line}", rest.ticks),
-            None => "then there is nothing left".to_owned(),
+        told.push(match rest.ticks {
+            0 => "then there is nothing left".to_owned(),
+            ticks => format!("then the {ticks} ticks that are left, from line {}", rest.line),
         });
-        for Event { line, kind } in now.others() {
+        for Event { line, kind } in rest.now.others() {
             told.push(format!("NOT restored: {kind} (line {line}); see to it yourself"));
         }
         told
     }
+}
+
+/// What is left of a job, with the way there.
+pub struct Rest {
+    pub job: Job,
+    /// Steps of the whole job that are done.
+    done: usize,
+    /// Steps that lead to where it goes on.
+    approach: usize,
+    /// Up, over, and where it goes on.
+    way: [Point; 3],
+    /// What functions have brought about by then.
+    now: InForce,
+    /// The last line of what is done, and the first of what is left; 0 if there is none.
+    lines: [u32; 2],
+    line: u32,
+    /// Ticks that are left.
+    ticks: u64,
+}
+
+/// What is left of a job after so many of its steps, from where the machine stands.
+pub fn rest(
+    whole: &Job,
+    done: usize,
+    stands: AxisMap<i64>,
+    machine: &Machine,
+) -> Result<Rest, Failure> {
+    let done = done.min(whole.steps.len());
+    let left = whole.after(done, machine);
+    let now = InForce::after(whole.steps[..done].iter().flat_map(events));
+    let (from, to) = (machine.position_mm(&stands), left.start_mm);
+    let line = left.steps.iter().find_map(first_line).unwrap_or(0);
+    let last = whole.steps[..done].iter().rev().find_map(last_line).unwrap_or(0);
+    let mut above = from;
+    above[Axis::Z] = safe_mm(whole, &from, machine);
+    let mut over = to;
+    over[Axis::Z] = above[Axis::Z];
+    let down_mm_s = machine.axis(Axis::Z).map(|z| z.speed_max_mm_s * DOWN_SHARE);
+    let lead = Lead { machine, line };
+    let up = lead.job(&[(from, above, None), (above, over, None)], stands)?;
+    let restored = Job::of_events(now.events().cloned(), up.end_steps, machine);
+    let down = lead.job(&[(over, to, down_mm_s)], up.end_steps)?;
+    let approach = up.followed_by(restored, machine).followed_by(down, machine);
+    Ok(Rest {
+        done,
+        approach: approach.steps.len(),
+        way: [above, over, to],
+        now,
+        lines: [last, line],
+        line,
+        ticks: left.ticks,
+        job: approach.followed_by(left, machine),
+    })
+}
+
+/// Refuses to put a tool back into a thread, or behind an edge.
+fn check_free(rest: &Rest, program: &Program) -> Result<(), Failure> {
+    if rest.done > 0 && program.is_captive(&rest.lines, &rest.way[2])? {
+        let line = rest.line;
+        return Err(anyhow!(
+            "the last seam lies in line {line}, where the tool is in a thread, in a tapped hole or behind an \
+             edge: it cannot be put back there from above; send what is left as a program of its own"
+        ))
+        .or_bad_input();
+    }
+    Ok(())
 }
 
 fn events(step: &Step) -> Vec<&Event> {
@@ -131,6 +207,14 @@ fn events(step: &Step) -> Vec<&Event> {
 fn first_line(step: &Step) -> Option<u32> {
     match step {
         Step::Buffer(buffer) => buffer.lines.first().copied(),
+        Step::Event(event) => Some(event.line),
+        Step::Direct(_) => None,
+    }
+}
+
+fn last_line(step: &Step) -> Option<u32> {
+    match step {
+        Step::Buffer(buffer) => buffer.lines.last().copied(),
         Step::Event(event) => Some(event.line),
         Step::Direct(_) => None,
     }
