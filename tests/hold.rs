@@ -2,6 +2,7 @@
 //! it says. And the journal of all that: any beginning of it says what was true.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::wire::{
@@ -354,6 +355,55 @@ fn a_journal_is_one_writers_and_nothing_else_is_taken_for_one() {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), other);
     }
     assert!(Journal::open(folder.path()).is_err());
+}
+
+/// Runs a job with a journal that begins anew at a length; gives what it says in the end.
+fn long(path: &Path, seed: u64, length_max: u64) -> (History, Option<String>) {
+    let machine = machine();
+    let mut journal = Journal::open(path).unwrap().with_length_max(length_max);
+    for seed in [seed, seed + 1] {
+        let job = job(&mut Random(seed), &machine);
+        journal.append(begun(&job, None)).unwrap();
+        let presses = vec![40 + seed * 13];
+        let ran = run(&machine, job, Person::new(presses, vec![seed % 3 > 0]), Some(&mut journal));
+        journal.end(&ran.ending);
+    }
+    assert_eq!(journal.failed(), None);
+    assert!(Journal::open(path).unwrap_err().to_string().contains("in use"));
+    (Journal::read(path).unwrap(), journal.too_long().map(str::to_owned))
+}
+
+#[test]
+fn a_long_journal_begins_anew_with_what_it_has_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut begun_anew = 0;
+    for seed in 0..20 {
+        let path = |name: &str| folder.path().join(format!("{seed}{name}"));
+        let (whole, none) = long(&path("whole"), seed, 1 << 40);
+        let (said, too_long) = long(&path("short"), seed, 1500);
+        assert_eq!((none, too_long), (None, None));
+        assert_eq!(said.locked().is_some(), whole.locked().is_some());
+        for axis in Axis::LINEAR {
+            assert_eq!(said.place(axis), whole.place(axis));
+        }
+        let [said, whole] = [&said, &whole].map(|history| history.last_sent().unwrap());
+        assert_eq!((&said.job, said.steps), (&whole.job, whole.steps), "{seed}");
+        assert_eq!((said.ticks, said.line), (whole.ticks, whole.line));
+        let text = std::fs::read_to_string(path("short")).unwrap();
+        begun_anew += usize::from(text.starts_with("{\"type\":\"carried\""));
+        assert!(!path("short.new").exists() && !path("whole.old").exists());
+        assert!(
+            !path("short.old").exists()
+                || History::read(&std::fs::read(path("short.old")).unwrap()).is_ok()
+        );
+    }
+    assert!(begun_anew > 15, "{begun_anew}");
+    // Where it cannot, it grows on, and says so.
+    let path = folder.path().join("stuck");
+    std::fs::create_dir_all(folder.path().join("stuck.new/in")).unwrap();
+    let (said, too_long) = long(&path, 1, 1500);
+    assert!(too_long.unwrap().contains("cannot begin anew"));
+    assert!(said.last_sent().is_some() && path.metadata().unwrap().len() > 3000);
 }
 
 /// A disk that is full from the beginning: the job does not begin; one that fills ends it.

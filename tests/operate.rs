@@ -2,6 +2,7 @@
 //! pseudo-terminal.
 
 use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::process::{Child, Command as Process, Output, Stdio};
 
 use serde_json::Value;
@@ -43,9 +44,14 @@ struct Node {
 }
 
 impl Node {
+    /// Ends with its first host.
     fn start(args: &[&str]) -> Node {
+        Node::spawn(&[&["--once"], args].concat())
+    }
+
+    fn spawn(args: &[&str]) -> Node {
         let mut process = cnc();
-        process.args(["node", "--once", "--json"]).args(args);
+        process.args(["node", "--json"]).args(args);
         let mut child = process.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
@@ -147,6 +153,57 @@ fn axes_are_jogged_and_homed_over_a_pty() {
         let steps = ended["axes"][axis]["steps"].as_i64().unwrap();
         assert!((-79..=0).contains(&steps), "{axis} {steps}");
     }
+}
+
+/// A profile whose nodes take 40 ms a tick: they may home as they are.
+fn slow_machine(folder: &Path) -> String {
+    let toml = text(&run(&["machine", "show", "starmill", "--toml"]).stdout).to_owned();
+    let toml = toml.replace("\ntick_us = 11000", "\ntick_us = 41000");
+    let toml = toml.replace("node_tick_us = 10000", "node_tick_us = 40000");
+    let path = folder.join("slow.toml");
+    std::fs::write(&path, toml).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// What was counted is held against the time of homing; what homing has found is where all else begins.
+#[test]
+fn the_journal_knows_where_axes_stand() {
+    let folder = tempfile::tempdir().unwrap();
+    let (machine, journal) = (slow_machine(folder.path()), folder.path().join("journal"));
+    let node = Node::spawn(&["--speed", "40", "-m", &machine]);
+    let run = |args: &[&str], code: i32, says: &str| {
+        let more =
+            [&node.pty, "--speed", "40", "-m", &machine, "--journal", journal.to_str().unwrap()];
+        check(&[&args[..1], &more, &args[1..]].concat(), code, says)
+    };
+    let result = |output: Output| -> Value { serde_json::from_slice(&output.stdout).unwrap() };
+    run(&["jog", "X", "--by", "-65"], 0, "X at 10.000 mm (step 1000), known");
+    let homed = result(run(&["home", "--json"], 0, "1000 were counted, which agrees"));
+    assert_eq!(homed["axes"]["X"]["homed"]["audit"], "agrees");
+    assert_eq!(homed["axes"]["Y"]["homed"]["audit"], "not-counted");
+    run(&["jog", "X", "--by", "3"], 0, "stand at X 0.000");
+    run(
+        &["jog", "X", "--by", "1", "--from", "7"],
+        0,
+        "by the journal the machine stands at X 3.000",
+    );
+    // From where the axes stand, and not from the work zero.
+    let sent =
+        run(&["send", "-e", "G91 G0 X1 Y2", "--json"], 0, "planned from where the axes stand");
+    assert_eq!(result(sent)["axes"]["Y"]["position_mm"], 2.0);
+    run(
+        &["send", "-e", "G91 G0 X1 Y2", "--start", "75,50,50"],
+        0,
+        "by the journal the machine stands at",
+    );
+    // Nobody knows any more; one word tells it all.
+    run(&["send", "-e", "G0 X1", "--power-cycled"], 3, "nobody knows where axis X stands");
+    run(&["jog", "Y", "--by", "1"], 3, "nobody knows where axis Y stands");
+    run(&["send", "-e", "G91 G0 X1", "--at", "8,9,10"], 0, "X at 9.000 mm");
+    let off = result(run(&["home", "X", "--start", "140,0,0", "--json"], 0, "off by"));
+    assert_eq!(off["axes"]["X"]["homed"]["audit"], "off");
+    let told = std::fs::read_to_string(&journal).unwrap();
+    assert!(told.contains(r#""counted_steps":14000"#), "{told}");
 }
 
 /// Real time, ten times as fast: the axis runs until the input ends.

@@ -77,7 +77,8 @@ mod tests {
     fn taps_and_bars_are_captive_and_drills_are_not() {
         let machine = Machine::load("ideal").unwrap();
         let captive = |cycle: &str, z_mm: f64| {
-            let text = format!("G21 M3 S500 F500\nG0 Z5\nX10\n{cycle} X10 Y0 Z-8 R2\nG80\nG0 Z5\nM30\n");
+            let text =
+                format!("G21 M3 S500 F500\nG0 Z5\nX10\n{cycle} X10 Y0 Z-8 R2\nG80\nG0 Z5\nM30\n");
             let source = Source::memory("test", text.into_bytes());
             let mut at = Point::ZERO;
             (at[Axis::X], at[Axis::Z]) = (10.0, z_mm);

@@ -370,7 +370,8 @@ mod tests {
     #[test]
     fn homing_is_refused_where_it_is_too_fast() {
         let machine = starmill("[axes.X]");
-        let homing = |wanted: &[Axis], tick_us| homing(&machine, wanted, AxisMap::default(), tick_us);
+        let homing =
+            |wanted: &[Axis], tick_us| homing(&machine, wanted, AxisMap::default(), tick_us);
         let refused = homing(&[Axis::X], None).unwrap_err();
         assert!(matches!(refused, DirectError::TooFast { least_us: 40_000, .. }), "{refused}");
         assert!(homing(&[], Some(39_999)).is_err());

@@ -2,6 +2,7 @@
 
 use cnc::base::{Axis, AxisMap};
 use cnc::wire;
+use cnc::wire_io::Speed;
 
 use super::send::direct::{self, AxisList, DirectArgs};
 use super::send::{by_hand, check_speed, run_job};
@@ -37,6 +38,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     check_speed(&send, &port)?;
     let axes: Vec<Axis> = args.axes.iter().flat_map(|list| list.0.iter().copied()).collect();
     let counted = match &args.start {
+        // Time is all that the audit has, and here is none.
+        _ if args.direct.speed == Some(Speed::Max) => AxisMap::default(),
         Some(start) => {
             let steps = machine.nearest_steps(&start.position_mm(&machine));
             AxisMap::from_fn(|axis| Some(steps[axis]))
