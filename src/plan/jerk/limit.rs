@@ -20,8 +20,9 @@ const TURN_SHARE: f64 = 0.5;
 /// Share that is always left for changes of acceleration along the path.
 const ALONG_SHARE: f64 = 0.25;
 
-/// Where axes have no limit on jerk, so much: an acceleration is up in less than a microsecond.
-const UNLIMITED_MM_S3: f64 = 1e12;
+/// Where axes have no limit on jerk, so much: 1000 mm/s² are up in 0.1 ms, within a tick, and on a way (2 nm)
+/// that does not vanish beside positions of metres.
+const UNLIMITED_MM_S3: f64 = 1e7;
 
 /// What a piece leaves of the axes' jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
