@@ -90,6 +90,8 @@ where
             }
             Ok(())
         })?;
+        // The last edge may have passed events that the job has had before.
+        timetable.compare(&mut edges.passed);
         while edges.pass_to_event()? {
             timetable.compare(&mut edges.passed);
         }
