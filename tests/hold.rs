@@ -323,12 +323,19 @@ fn a_journal_says_whether_its_machine_may_move() {
     assert!(matches!(history.place(Axis::X), Place::Unknown(_)));
     let placed = |axes: &[Axis]| Record::Placed {
         time: time(),
-        by: "home".to_owned(),
+        by: "operator".to_owned(),
+        machine: String::new(),
         position: axes.iter().map(|axis| (*axis, 7)).collect(),
     };
     history.record(placed(&[Axis::X]));
     assert_eq!(history.place(Axis::X), Place::Known(7));
     assert!(matches!(history.place(Axis::Y), Place::Unknown(_)));
+    assert!(history.is_referenced(Axis::X) && !history.is_referenced(Axis::Y));
+    // Its steps say nothing of another machine.
+    let Record::Job(other) = begun(&job, None) else { unreachable!() };
+    let machine = Named::new("other", &[2; 32]);
+    history.record(Record::Job(Box::new(JobRecord { machine, ..*other })));
+    assert!(matches!(history.place(Axis::X), Place::Unknown(_)) && !history.is_referenced(Axis::X));
 }
 
 #[test]

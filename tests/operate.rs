@@ -226,3 +226,21 @@ fn a_raw_jog_over_a_pty_ends_with_the_input() {
     let steps = ended["axes"]["X"]["steps"].as_i64().unwrap();
     assert!((7000..7500).contains(&steps), "{steps}");
 }
+
+#[test]
+fn the_journal_of_another_machine_says_nothing_of_this_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let (machine, journal) = (slow_machine(folder.path()), folder.path().join("journal"));
+    let node = Node::spawn(&["--speed", "max"]);
+    let run = |args: &[&str], code: i32, says: &str| {
+        let more = [&node.pty, "--speed", "max", "--journal", journal.to_str().unwrap()];
+        check(&[&args[..1], &more, &args[1..]].concat(), code, says)
+    };
+    run(&["send", "-e", "G0 X1", "--at", "5,6,7"], 0, "planned from where the axes stand");
+    // It is neither jogged nor begun from where the other one stands.
+    let other = ["-m", &machine];
+    let jogged = [&["jog", "Y", "--by", "1"], &other[..]].concat();
+    run(&jogged, 0, "tells of the machine starmill");
+    run(&["send", "-e", "G0 X2"], 0, "tells of the machine slow");
+    run(&[&["jog", "Y", "--by", "1", "--at", "1,2,3"], &other[..]].concat(), 0, "Y at 3.000 mm");
+}

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use cnc::base::{Axis, AxisMap, AxisSet, Machine};
 use cnc::wire::Job;
 use cnc::wire_io::is_pseudo_terminal;
-use cnc::wire_io::journal::{self, Journal, Place, Record};
+use cnc::wire_io::journal::{self, History, Journal, Place, Record};
 
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
@@ -70,8 +70,13 @@ impl PortJournal {
         if let Some(start) = &args.at {
             let steps = machine.nearest_steps(&start.position_mm(machine));
             let position = journal::steps_of(self.axes.iter().copied(), &steps);
-            let by = "operator".to_owned();
-            self.journal.append(Record::Placed { time: journal::now(), by, position })?;
+            let placed = Record::Placed {
+                time: journal::now(),
+                by: "operator".to_owned(),
+                machine: machine.id.clone(),
+                position,
+            };
+            self.journal.append(placed)?;
         }
         Ok(())
     }
@@ -97,6 +102,9 @@ impl PortJournal {
         global: &Global,
     ) -> Result<(), Failure> {
         self.check_unlocked()?;
+        if !is_of(self.journal.history(), machine) {
+            return self.check_machine(machine, global);
+        }
         let steps = &job.start_steps;
         let mut stands = *steps;
         for axis in self.axes.iter().filter(|axis| job.axes.contains(**axis)) {
@@ -120,11 +128,27 @@ impl PortJournal {
             "by the journal the machine stands at {stands}, the job starts at {starts}: plan it from \
              there with --start, or say with --at where the machine stands"
         );
+        self.differs(differs, global)
+    }
+
+    /// Another machine on this port: nothing is known of where it stands.
+    fn check_machine(&self, machine: &Machine, global: &Global) -> Result<(), Failure> {
+        let other = self.journal.history().machine().unwrap_or_default();
+        let id = &machine.id;
+        let differs = format!(
+            "the journal of this port tells of the machine {other}, and nothing of where {id} stands: \
+             `cnc home` finds out, or --at says it"
+        );
+        self.differs(differs, global)
+    }
+
+    /// Stops a job on a machine; behind a pseudo-terminal it is a warning.
+    fn differs(&self, how: String, global: &Global) -> Result<(), Failure> {
         if !self.is_pty {
-            return Err(anyhow!(differs)).or_bus();
+            return Err(anyhow!(how)).or_bus();
         }
         if !global.quiet {
-            say!("warning: {differs}");
+            say!("warning: {how}");
         }
         Ok(())
     }
@@ -134,6 +158,11 @@ impl PortJournal {
         let axes = self.axes.iter().map(|axis| format!("{axis} {:.3}", position_mm[*axis]));
         axes.collect::<Vec<_>>().join(", ")
     }
+}
+
+/// Whether what a journal tells is told of this machine, or of none yet.
+fn is_of(history: &History, machine: &Machine) -> bool {
+    history.machine().is_none_or(|name| name == machine.id)
 }
 
 /// Where the machine stands, as far as anybody has told.
@@ -165,6 +194,7 @@ impl Told {
         let is_there = |path: &PathBuf| path.is_file();
         if let Some(path) = path.filter(is_there) {
             let history = Journal::read(&path)?;
+            let axes = axes.filter(|_| is_of(&history, machine));
             for axis in axes {
                 if let Place::Known(steps) = history.place(axis) {
                     told.tell(axis, steps, history.is_referenced(axis));

@@ -48,6 +48,8 @@ pub struct History {
     places: BTreeMap<Axis, Place>,
     /// Axes that have been homed or placed; others are counted from where a job was taken to start.
     referenced: BTreeSet<Axis>,
+    /// Name of the last job's machine.
+    machine: Option<String>,
     /// Axes of the last job.
     axes: Vec<Axis>,
     /// The last job that `send` has sent of a program or a dump.
@@ -113,6 +115,7 @@ impl History {
                     "the job {} of {} has no end in the journal: its host was killed, or lost power",
                     job.program.name, job.time
                 ));
+                self.on_machine(&job.machine.name);
                 self.is_sent = job.command == "send";
                 self.axes = job.start_steps.keys().copied().collect();
                 if self.is_sent {
@@ -134,12 +137,25 @@ impl History {
                 self.referenced.clear();
                 self.unknown = Some(format!("the nodes have been switched off ({time})"));
             }
-            Record::Placed { position, .. } => self.put(position),
+            Record::Placed { machine, position, .. } => {
+                self.on_machine(&machine);
+                self.put(position);
+            }
             Record::Filling { .. }
             | Record::Started { .. }
             | Record::Event { .. }
             | Record::Held { .. }
             | Record::Resumed => {}
+        }
+    }
+
+    /// Steps of one machine mean nothing on another.
+    fn on_machine(&mut self, name: &str) {
+        let before = self.machine.replace(name.to_owned());
+        if let Some(other) = before.filter(|other| other != name) {
+            let why = format!("it was told of the machine {other}");
+            self.places.values_mut().for_each(|place| *place = Place::Unknown(why.clone()));
+            self.referenced.clear();
         }
     }
 
@@ -193,6 +209,11 @@ impl History {
     /// been counted from where a job was taken to start.
     pub fn is_referenced(&self, axis: Axis) -> bool {
         self.referenced.contains(&axis)
+    }
+
+    /// The machine of the last job, if there was one.
+    pub fn machine(&self) -> Option<&str> {
+        self.machine.as_deref()
     }
 
     /// The last job that `send` has sent of a program or a dump.

@@ -80,6 +80,8 @@ pub enum Record {
         time: String,
         /// Whose: `operator`.
         by: String,
+        /// Name of the machine.
+        machine: String,
         /// Where.
         position: Steps,
     },
