@@ -140,3 +140,37 @@ fn a_trace_that_cannot_be_written_is_told_and_the_job_goes_on() {
     let output = Process::new("sh").args(["-c", &limited]).current_dir(&folder.0).output().unwrap();
     check(&output, 0, &["trace t.jsonl ends here: ", "the job goes on without it", "done: "]);
 }
+
+/// `sim:seed=N` draws the same faults at the same places, and the host does the same about them.
+#[test]
+fn a_seed_repeats_a_run() {
+    let folder = Folder::new();
+    let mut ends = std::collections::BTreeSet::new();
+    for seed in 0..12 {
+        let port = format!("sim:seed={seed},faults=2");
+        let run = |trace: &str| {
+            let output = folder.cnc(&["send", &port, "part.nc", "--json", "--trace", trace]);
+            let text = fs::read_to_string(folder.path(trace)).unwrap();
+            // The first line has the time of day.
+            let lines = text.split_once('\n').unwrap().1.to_owned();
+            (output.status.code(), output.stdout, output.stderr, lines)
+        };
+        let (first, second) = (run("a.jsonl"), run("b.jsonl"));
+        assert!(first == second, "seed {seed}");
+        ends.insert(first.0);
+    }
+    assert_eq!(ends, [Some(0), Some(3)].into());
+}
+
+/// What `jog` and `home` sent is replayed too.
+#[test]
+fn jogs_and_homing_are_traced() {
+    let folder = Folder::new();
+    let jog = ["jog", "sim:", "X", "--by", "2", "--trace", "t.jsonl"];
+    check(&folder.cnc(&jog), 0, &["done"]);
+    check(&folder.cnc(&["replay", "t.jsonl"]), 0, &["X (122)         77.000", "same\n"]);
+    let home = ["home", "sim:", "X", "--measured-tick", "40000", "--start", "20,0,0", "--trace"];
+    check(&folder.cnc(&[&home[..], &["t.jsonl"]].concat()), 0, &["which agrees"]);
+    check(&folder.cnc(&["replay", "t.jsonl"]), 0, &["X (122)          0.000", "same\n"]);
+    check(&folder.cnc(&["replay", "t.jsonl", "part.nc"]), 1, &["trace of another job"]);
+}

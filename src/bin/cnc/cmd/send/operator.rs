@@ -258,11 +258,15 @@ impl Operator for Terminal {
 
     fn held(&mut self, master: &Master) -> bool {
         let (progress, axes) = (master.progress(), master.axes());
-        let axes = axes.iter().map(|end| format!("{} {:.3}", end.axis, end.position_mm));
+        let counted = axes.iter().filter(|end| end.counted);
+        let axes = counted.map(|end| format!("{} {:.3}", end.axis, end.position_mm));
         let axes = axes.collect::<Vec<_>>().join(", ");
         let (ticks, all) = (progress.ticks, master.job().ticks);
         let line = progress.line;
-        self.say(&format!("held after tick {ticks} of {all}, line {line}, at {axes}"));
+        self.say(&match self.live {
+            Some(_) => format!("held after tick {ticks} of {all}, line {line}, at {axes}"),
+            None => "held; no axis runs".to_owned(),
+        });
         let goes_on = self.goes_on();
         self.holding = false;
         self.told = self.interrupts.count();
