@@ -42,6 +42,8 @@ const COUNT_MARGIN: f64 = 1e-6;
 /// Where one end uses all of a limit, what is left for the other must not hang on rounding.
 const PULL_SLACK: f64 = 1e-9;
 
+const BRIEF_SHARE: f64 = 0.5;
+
 /// Squares of speeds that differ by less than this share are those of the same speed.
 pub const SPEEDS_EQUAL: f64 = 1e-7;
 
@@ -478,6 +480,12 @@ impl Piece {
         if cruises { self.bounds[slow] } else { Bound::Acceleration }
     }
 
+    /// Whether it is over before jerk lets the acceleration change by a share of its greatest.
+    fn is_brief(&self, ends_mm_s: [f64; 2]) -> bool {
+        let duration_s = 2.0 * self.length_mm / (ends_mm_s[0] + ends_mm_s[1]);
+        self.jerk.along_mm_s3() * duration_s < BRIEF_SHARE * self.accel_max_mm_s2()
+    }
+
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
     /// acceleration, unless all of it may be as fast as its ends, and leaves room for a greater one.
     pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
@@ -492,7 +500,8 @@ impl Piece {
             Grip::Bent { .. } if ends_mm_s == [0.0; 2] => between(self.accel_max_mm_s2()),
             Grip::Bent { accel_mm_s2, .. } => {
                 let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
-                let has_room = 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
+                let has_room = 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs()
+                    && !self.is_brief(ends_mm_s);
                 if has_room && entry_sq.max(exit_sq) <= self.speed_sq_max() {
                     between(*accel_mm_s2)
                 } else {

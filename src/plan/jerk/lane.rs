@@ -1,6 +1,7 @@
 //! The way as stretches with a greatest speed, and speeding up below it.
 
 use super::super::piece::Piece;
+use super::bracket::Bracket;
 use super::stretch::{State, Stretch};
 
 /// On bent pieces the acceleration is constant and steps from one to the next: by what the jerk makes
@@ -83,7 +84,12 @@ impl Lane {
 
     /// Whether a state is faster than the lane.
     pub fn is_over(&self, state: &State) -> bool {
-        state.speed_mm_s > self.at(state.at_mm).speed_mm_s * (1.0 + SAME) + 1e-12
+        self.excess_mm_s(state) > 0.0
+    }
+
+    /// By how much a state is faster than the lane, less what rounding makes.
+    pub fn excess_mm_s(&self, state: &State) -> f64 {
+        state.speed_mm_s - self.at(state.at_mm).speed_mm_s * (1.0 + SAME) - 1e-12
     }
 
     /// The lane's motion at a place.
@@ -96,13 +102,11 @@ impl Lane {
 
     /// When a stretch that starts on or below the lane and ends above it crosses it.
     fn meeting_s(&self, stretch: &Stretch) -> f64 {
-        let (mut low_s, mut high_s) = (0.0, stretch.duration_s);
-        while high_s - low_s > 1e-12 + 1e-12 * high_s {
-            let middle_s = 0.5 * (low_s + high_s);
-            let over = self.is_over(&stretch.after(middle_s));
-            *if over { &mut high_s } else { &mut low_s } = middle_s;
-        }
-        low_s
+        let excess_mm_s = |time_s| self.excess_mm_s(&stretch.after(time_s));
+        let range_s = [0.0, stretch.duration_s];
+        let ends_mm_s = range_s.map(excess_mm_s);
+        let error_mm_s = 1e-12 * stretch.end().speed_mm_s;
+        Bracket::new(range_s, ends_mm_s).solve(1e-12, error_mm_s, excess_mm_s)
     }
 }
 

@@ -10,9 +10,10 @@
 //! that braking at the end of what is known leaves alone, with as much again for safety: memory is
 //! that of twice the way that braking takes.
 //!
-//! [`limit`] says how much jerk a piece allows, [`stretch`] and [`lane`] are the motion's parts. No
-//! tick and no axis is known here.
+//! [`limit`] says how much jerk a piece allows, [`stretch`] and [`lane`] are the motion's parts,
+//! [`bracket`] finds where they meet. No tick and no axis is known here.
 
+mod bracket;
 mod fall;
 mod lane;
 mod limit;

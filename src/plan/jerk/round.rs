@@ -13,11 +13,21 @@
 //! acceleration steps: speeds and accelerations stay within their limits whatever happens.
 
 use super::Run;
+use super::bracket::Bracket;
 use super::lane::{Lane, SAME};
 use super::stretch::{State, Stretch};
 
 /// How exactly P is found.
 const P_ERROR_S: f64 = 1e-11;
+
+/// The same as a share of the time that it lies in.
+const P_ERROR_SHARE: f64 = 1e-8;
+
+/// An arc this near to the ceiling, as a share of its speed, touches it.
+const TOUCH_ERROR: f64 = 1e-9;
+
+/// An arc is furthest above a lane where it gains nothing on it, but for this share of what it gained.
+const GAIN_ERROR: f64 = 1e-6;
 
 /// An arc has the acceleration of the ceiling where it touches, but for this share of the greatest:
 /// what is left of the error in its place.
@@ -54,6 +64,33 @@ struct Hit {
     at_mm: f64,
     /// On the ceiling; or at a piece that allows less acceleration.
     is_ceiling: bool,
+}
+
+/// How near an arc comes to what is not allowed.
+#[derive(Clone, Copy, Debug)]
+struct Reach {
+    /// By which share of its speed it is above; below zero, by which it stays below. Infinite where
+    /// there is no measure of it.
+    excess: f64,
+    /// Where that is.
+    place: Option<Hit>,
+}
+
+impl Reach {
+    /// It stays away.
+    const CLEAR: Reach = Reach { excess: f64::NEG_INFINITY, place: None };
+
+    /// What was not looked at is taken for too much.
+    const UNKNOWN: Reach = Reach { excess: f64::INFINITY, place: None };
+
+    fn is_over(&self) -> bool {
+        self.excess > 0.0
+    }
+
+    /// Whether it is as near as it can be without being over.
+    fn touches(&self) -> bool {
+        self.excess <= 0.0 && self.excess >= -TOUCH_ERROR
+    }
 }
 
 /// What a climb or the ceiling itself offers next.
@@ -193,7 +230,7 @@ impl<'a> Rounding<'a> {
         if offer.follows && self.is_before_break(&offer.end, self.lane) {
             return true;
         }
-        self.sweep(offer.end, next).is_none()
+        !self.sweep(offer.end, next).is_over()
     }
 
     /// Whether an arc from a state in a lane brakes as the ceiling does anywhere, before that breaks
@@ -220,30 +257,29 @@ impl<'a> Rounding<'a> {
 
     /// Leaves what is offered at the last place from which an arc is allowed, and follows the arc.
     fn turn(&mut self, offer: &Offer) {
-        if self.sweep(self.state, self.lane).is_some() {
+        let mut start = self.sweep(self.state, self.lane);
+        if start.is_over() {
             return self.accept(offer);
         }
         let [first, second] = offer.stretches;
         let run = self.lanes[self.lane].run;
-        let on_second = second.duration_s > 0.0 && self.sweep(second.from, self.lane).is_none();
-        let stretch = if on_second { second } else { first };
-        let (mut low_s, mut high_s) = (0.0, stretch.duration_s);
-        let end = State { at_mm: offer.end.at_mm, ..stretch.end() };
-        let next = self.lane + usize::from(offer.ends_lane);
-        let last = if on_second || second.duration_s == 0.0 { self.sweep(end, next) } else { None };
-        let mut hit = last;
-        while high_s - low_s > P_ERROR_S || hit.is_none() {
-            let middle_s = 0.5 * (low_s + high_s);
-            if middle_s <= low_s || middle_s >= high_s {
-                break;
-            }
-            match self.sweep(stretch.after(middle_s), self.lane) {
-                Some(found) => (high_s, hit) = (middle_s, Some(found)),
-                None => low_s = middle_s,
-            }
+        let (has_second, mut end) = (second.duration_s > 0.0, Reach::UNKNOWN);
+        if has_second {
+            end = self.sweep(second.from, self.lane);
         }
-        let Some(hit) = hit else { return self.accept(offer) };
-        let leaves = Stretch { duration_s: low_s, ..stretch };
+        let on_second = has_second && !end.is_over();
+        let stretch = if on_second { second } else { first };
+        if on_second {
+            start = end;
+        }
+        if on_second || !has_second {
+            let state = State { at_mm: offer.end.at_mm, ..stretch.end() };
+            end = self.sweep(state, self.lane + usize::from(offer.ends_lane));
+        }
+        let Some((leaves_s, hit)) = self.leaving(&stretch, [start, end]) else {
+            return self.accept(offer);
+        };
+        let leaves = Stretch { duration_s: leaves_s, ..stretch };
         let (from, count) = (leaves.end(), self.parts.len());
         for part in [first, leaves].into_iter().skip(usize::from(!on_second)) {
             if part.duration_s > 0.0 {
@@ -257,6 +293,26 @@ impl<'a> Rounding<'a> {
             self.parts.truncate(count);
             self.accept(offer);
         }
+    }
+
+    /// The last time on a stretch from which an arc is allowed, and where that touches, if the arc from its
+    /// start is and that from its end is not.
+    fn leaving(&self, stretch: &Stretch, ends: [Reach; 2]) -> Option<(f64, Hit)> {
+        let excesses = ends.map(|reach| reach.excess);
+        let mut bracket = Bracket::new([0.0, stretch.duration_s], excesses);
+        let mut hit = ends[1].place;
+        let error_s = P_ERROR_S.max(P_ERROR_SHARE * stretch.duration_s);
+        while let Some(time_s) = bracket.guess(if hit.is_some() { error_s } else { 0.0 }) {
+            let reach = self.sweep(stretch.after(time_s), self.lane);
+            bracket.take(time_s, reach.excess);
+            if reach.is_over() || reach.touches() {
+                hit = reach.place;
+            }
+            if reach.touches() {
+                break;
+            }
+        }
+        hit.map(|hit| (bracket.low, hit))
     }
 
     /// Follows the arc from a state to where it touches; not if it does not touch there.
@@ -339,9 +395,9 @@ impl<'a> Rounding<'a> {
         self.runs[lane.run].piece.jerk.jerk_mm_s3(state.speed_mm_s, state.accel_mm_s2)
     }
 
-    /// Where the arc from a state in a lane leaves what is allowed, if it does.
-    fn sweep(&self, from: State, first: usize) -> Option<Hit> {
-        let mut state = from;
+    /// How near the arc from a state in a lane comes to what is not allowed.
+    fn sweep(&self, from: State, first: usize) -> Reach {
+        let (mut state, mut nearest) = (from, Reach::CLEAR);
         let mut run_before = if first > 0 { Some(self.lanes[first - 1].run) } else { None };
         for (i, lane) in self.lanes.iter().enumerate().skip(first) {
             let entered = run_before.replace(lane.run) != Some(lane.run);
@@ -350,49 +406,58 @@ impl<'a> Rounding<'a> {
             }
             let ceiling = lane.at(state.at_mm);
             let falls = state.accel_mm_s2 <= ceiling.accel_mm_s2;
-            if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
-                return None;
+            if falls && lane.excess_mm_s(&state) <= 0.0 && self.is_before_break(&state, i) {
+                return nearest;
             }
             if entered && self.is_too_much(lane, &state) {
-                return Some(Hit { at_mm: state.at_mm, is_ceiling: false });
+                let hit = Hit { at_mm: state.at_mm, is_ceiling: false };
+                return Reach { excess: f64::INFINITY, place: Some(hit) };
             }
             let (stretches, end) = self.braking(i, &state, lane.end_mm);
-            let hit = stretches.iter().find_map(|arc| touch(arc, lane));
-            let is_done = end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[i];
-            if hit.is_some() || is_done {
-                return hit;
+            for arc in &stretches {
+                let reach = touch(arc, lane);
+                if reach.is_over() {
+                    return reach;
+                }
+                if reach.excess > nearest.excess {
+                    nearest = reach;
+                }
+            }
+            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[i] {
+                return nearest;
             }
             state = end;
         }
-        None
+        nearest
     }
 }
 
-/// Where an arc is furthest above a lane, if it is above it anywhere.
-fn touch(arc: &Stretch, lane: &Lane) -> Option<Hit> {
+/// How an arc comes to a lane where it is nearest to it, or furthest above.
+fn touch(arc: &Stretch, lane: &Lane) -> Reach {
     let end = arc.end();
-    let over =
-        |state: &State| lane.is_over(state).then_some(Hit { at_mm: state.at_mm, is_ceiling: true });
-    let gains = |state: &State| state.accel_mm_s2 > lane.at(state.at_mm).accel_mm_s2;
-    if gains(&end) {
-        return over(&end);
+    let reach = |state: &State| {
+        let excess = lane.excess_mm_s(state) / state.speed_mm_s;
+        Reach { excess, place: Some(Hit { at_mm: state.at_mm, is_ceiling: true }) }
+    };
+    let only_over = |reach: Reach| if reach.is_over() { reach } else { Reach::CLEAR };
+    let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.at(state.at_mm).accel_mm_s2;
+    let last_mm_s2 = gains_mm_s2(&end);
+    if last_mm_s2 > 0.0 {
+        return only_over(reach(&end));
     }
-    if !gains(&arc.from) {
-        return over(&arc.from);
+    let first_mm_s2 = gains_mm_s2(&arc.from);
+    if first_mm_s2 <= 0.0 {
+        return only_over(reach(&arc.from));
     }
-    if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
-        let gained_mm_s2 = arc.from.accel_mm_s2 - lane.stretch.from.accel_mm_s2;
-        return over(&arc.after(gained_mm_s2 / -arc.jerk_mm_s3));
-    }
-    let (mut low_s, mut high_s) = (0.0, arc.duration_s);
-    while high_s - low_s > P_ERROR_S {
-        let middle_s = 0.5 * (low_s + high_s);
-        if middle_s <= low_s || middle_s >= high_s {
-            break;
-        }
-        *if gains(&arc.after(middle_s)) { &mut low_s } else { &mut high_s } = middle_s;
-    }
-    over(&arc.after(low_s))
+    let time_s = if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
+        first_mm_s2 / -arc.jerk_mm_s3
+    } else {
+        // Its height changes with the square of what is left of the gain.
+        let loses_mm_s2 = |time_s| -gains_mm_s2(&arc.after(time_s));
+        let bracket = Bracket::new([0.0, arc.duration_s], [-first_mm_s2, -last_mm_s2]);
+        bracket.solve(P_ERROR_S, GAIN_ERROR * first_mm_s2, loses_mm_s2)
+    };
+    reach(&arc.after(time_s))
 }
 
 /// When the speed is zero with the acceleration falling.
