@@ -84,12 +84,13 @@ impl Lane {
 
     /// Whether a state is faster than the lane.
     pub fn is_over(&self, state: &State) -> bool {
-        self.excess_mm_s(state) > 0.0
+        self.excess(state) > 0.0
     }
 
-    /// By how much a state is faster than the lane, less what rounding makes.
-    pub fn excess_mm_s(&self, state: &State) -> f64 {
-        state.speed_mm_s - self.at(state.at_mm).speed_mm_s * (1.0 + SAME) - 1e-12
+    /// By which share of the lane's speed a state is faster, less what rounding makes.
+    pub fn excess(&self, state: &State) -> f64 {
+        let limit_mm_s = self.at(state.at_mm).speed_mm_s;
+        state.speed_mm_s / (limit_mm_s * (1.0 + SAME) + 1e-12) - 1.0
     }
 
     /// The lane's motion at a place.
@@ -102,11 +103,9 @@ impl Lane {
 
     /// When a stretch that starts on or below the lane and ends above it crosses it.
     fn meeting_s(&self, stretch: &Stretch) -> f64 {
-        let excess_mm_s = |time_s| self.excess_mm_s(&stretch.after(time_s));
+        let excess = |time_s| self.excess(&stretch.after(time_s));
         let range_s = [0.0, stretch.duration_s];
-        let ends_mm_s = range_s.map(excess_mm_s);
-        let error_mm_s = 1e-12 * stretch.end().speed_mm_s;
-        Bracket::new(range_s, ends_mm_s).solve(1e-12, error_mm_s, excess_mm_s)
+        Bracket::new(range_s, range_s.map(excess)).solve(1e-12, 1e-12, excess)
     }
 }
 

@@ -20,7 +20,7 @@ use super::stretch::{State, Stretch};
 /// How exactly P is found.
 const P_ERROR_S: f64 = 1e-11;
 
-/// The same as a share of the time that it lies in.
+/// The same as a share of a step of acceleration.
 const P_ERROR_SHARE: f64 = 1e-8;
 
 /// An arc this near to the ceiling, as a share of its speed, touches it.
@@ -69,7 +69,7 @@ struct Hit {
 /// How near an arc comes to what is not allowed.
 #[derive(Clone, Copy, Debug)]
 struct Reach {
-    /// By which share of its speed it is above; below zero, by which it stays below. Infinite where
+    /// By which share of the ceiling's speed it is above; below zero, by which it stays below. Infinite where
     /// there is no measure of it.
     excess: f64,
     /// Where that is.
@@ -79,9 +79,6 @@ struct Reach {
 impl Reach {
     /// It stays away.
     const CLEAR: Reach = Reach { excess: f64::NEG_INFINITY, place: None };
-
-    /// What was not looked at is taken for too much.
-    const UNKNOWN: Reach = Reach { excess: f64::INFINITY, place: None };
 
     fn is_over(&self) -> bool {
         self.excess > 0.0
@@ -101,6 +98,13 @@ struct Offer {
     follows: bool,
     /// It ends where the lane does, and not before by meeting the ceiling.
     ends_lane: bool,
+}
+
+/// Where an arc begins: the way to it, and where it touches.
+struct Leave {
+    before: [Stretch; 2],
+    from: State,
+    hit: Hit,
 }
 
 /// Rounds the peaks below a ceiling.
@@ -257,35 +261,12 @@ impl<'a> Rounding<'a> {
 
     /// Leaves what is offered at the last place from which an arc is allowed, and follows the arc.
     fn turn(&mut self, offer: &Offer) {
-        let mut start = self.sweep(self.state, self.lane);
-        if start.is_over() {
-            return self.accept(offer);
-        }
-        let [first, second] = offer.stretches;
-        let run = self.lanes[self.lane].run;
-        let (has_second, mut end) = (second.duration_s > 0.0, Reach::UNKNOWN);
-        if has_second {
-            end = self.sweep(second.from, self.lane);
-        }
-        let on_second = has_second && !end.is_over();
-        let stretch = if on_second { second } else { first };
-        if on_second {
-            start = end;
-        }
-        if on_second || !has_second {
-            let state = State { at_mm: offer.end.at_mm, ..stretch.end() };
-            end = self.sweep(state, self.lane + usize::from(offer.ends_lane));
-        }
-        let Some((leaves_s, hit)) = self.leaving(&stretch, [start, end]) else {
+        let Some(Leave { before, from, hit }) = self.leave(offer) else {
             return self.accept(offer);
         };
-        let leaves = Stretch { duration_s: leaves_s, ..stretch };
-        let (from, count) = (leaves.end(), self.parts.len());
-        for part in [first, leaves].into_iter().skip(usize::from(!on_second)) {
-            if part.duration_s > 0.0 {
-                let lands_mm = part.from.at_mm;
-                self.parts.push(Part { stretch: part, run, lands_mm });
-            }
+        let (run, count) = (self.lanes[self.lane].run, self.parts.len());
+        for stretch in before.into_iter().filter(|stretch| stretch.duration_s > 0.0) {
+            self.parts.push(Part { stretch, run, lands_mm: stretch.from.at_mm });
         }
         if hit.at_mm <= self.state.at_mm {
             self.state = from;
@@ -295,16 +276,57 @@ impl<'a> Rounding<'a> {
         }
     }
 
-    /// The last time on a stretch from which an arc is allowed, and where that touches, if the arc from its
+    /// The last place on what is offered from which an arc is allowed, if there is one.
+    fn leave(&self, offer: &Offer) -> Option<Leave> {
+        let start = self.sweep(self.state, self.lane);
+        if start.is_over() {
+            return None;
+        }
+        let ([first, second], accel_mm_s2) = (offer.stretches, self.state.accel_mm_s2);
+        let none = Stretch { duration_s: 0.0, ..first };
+        // Between bent pieces the acceleration may step up: then P lies within the step.
+        let step_mm_s2 = first.from.accel_mm_s2 - accel_mm_s2;
+        let risen = if step_mm_s2 > 0.0 { self.sweep(first.from, self.lane) } else { start };
+        if risen.is_over() {
+            let at = |share| State { accel_mm_s2: accel_mm_s2 + share * step_mm_s2, ..self.state };
+            let (share, hit) = self.last_free([0.0, 1.0], [start, risen], P_ERROR_SHARE, at)?;
+            return Some(Leave { before: [none; 2], from: at(share), hit });
+        }
+        let ends_mm = State { at_mm: offer.end.at_mm, ..second.end() };
+        let beyond = || self.sweep(ends_mm, self.lane + usize::from(offer.ends_lane));
+        let on = |stretch: Stretch, ends| {
+            let range_s = [0.0, stretch.duration_s];
+            let (time_s, hit) =
+                self.last_free(range_s, ends, P_ERROR_S, |time_s| stretch.after(time_s))?;
+            Some((Stretch { duration_s: time_s, ..stretch }, hit))
+        };
+        if second.duration_s <= 0.0 {
+            let (leaves, hit) = on(first, [risen, beyond()])?;
+            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+        }
+        let middle = self.sweep(second.from, self.lane);
+        if middle.is_over() {
+            let (leaves, hit) = on(first, [risen, middle])?;
+            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+        }
+        let (leaves, hit) = on(second, [middle, beyond()])?;
+        Some(Leave { before: [first, leaves], from: leaves.end(), hit })
+    }
+
+    /// The last place of a range from which an arc is allowed, and where that touches, if the arc from its
     /// start is and that from its end is not.
-    fn leaving(&self, stretch: &Stretch, ends: [Reach; 2]) -> Option<(f64, Hit)> {
-        let excesses = ends.map(|reach| reach.excess);
-        let mut bracket = Bracket::new([0.0, stretch.duration_s], excesses);
+    fn last_free(
+        &self,
+        range: [f64; 2],
+        ends: [Reach; 2],
+        error: f64,
+        at: impl Fn(f64) -> State,
+    ) -> Option<(f64, Hit)> {
+        let mut bracket = Bracket::new(range, ends.map(|reach| reach.excess));
         let mut hit = ends[1].place;
-        let error_s = P_ERROR_S.max(P_ERROR_SHARE * stretch.duration_s);
-        while let Some(time_s) = bracket.guess(if hit.is_some() { error_s } else { 0.0 }) {
-            let reach = self.sweep(stretch.after(time_s), self.lane);
-            bracket.take(time_s, reach.excess);
+        while let Some(place) = bracket.guess(if hit.is_some() { error } else { 0.0 }) {
+            let reach = self.sweep(at(place), self.lane);
+            bracket.take(place, reach.excess);
             if reach.is_over() || reach.touches() {
                 hit = reach.place;
             }
@@ -406,7 +428,7 @@ impl<'a> Rounding<'a> {
             }
             let ceiling = lane.at(state.at_mm);
             let falls = state.accel_mm_s2 <= ceiling.accel_mm_s2;
-            if falls && lane.excess_mm_s(&state) <= 0.0 && self.is_before_break(&state, i) {
+            if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
                 return nearest;
             }
             if entered && self.is_too_much(lane, &state) {
@@ -436,7 +458,7 @@ impl<'a> Rounding<'a> {
 fn touch(arc: &Stretch, lane: &Lane) -> Reach {
     let end = arc.end();
     let reach = |state: &State| {
-        let excess = lane.excess_mm_s(state) / state.speed_mm_s;
+        let excess = lane.excess(state);
         Reach { excess, place: Some(Hit { at_mm: state.at_mm, is_ceiling: true }) }
     };
     let only_over = |reach: Reach| if reach.is_over() { reach } else { Reach::CLEAR };
@@ -446,7 +468,8 @@ fn touch(arc: &Stretch, lane: &Lane) -> Reach {
         return only_over(reach(&end));
     }
     let first_mm_s2 = gains_mm_s2(&arc.from);
-    if first_mm_s2 <= 0.0 {
+    // On the ceiling it gains nothing but rounding.
+    if first_mm_s2 <= SAME * (arc.from.accel_mm_s2.abs() + end.accel_mm_s2.abs()) {
         return only_over(reach(&arc.from));
     }
     let time_s = if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
