@@ -23,7 +23,6 @@ use crate::base::{Event, Machine};
 use crate::path::Curve;
 
 use super::jerk::Smoother;
-use super::junction::Junction;
 use super::piece::Piece;
 use super::{Bound, Feed, Ramp, SeamKind};
 
@@ -31,12 +30,7 @@ use super::{Bound, Feed, Ramp, SeamKind};
 #[derive(Clone, Debug)]
 pub enum Ahead {
     /// A piece of the path, from rest or from the piece before.
-    Piece {
-        /// The piece.
-        piece: Piece,
-        /// How it begins where the piece before ends.
-        junction: Junction,
-    },
+    Piece(Box<Piece>),
     /// Something that happens at rest.
     Event(Event),
     /// A node buffer ends and the next begins, at rest.
@@ -53,9 +47,7 @@ pub enum Decided {
     /// A piece of the path.
     Piece {
         /// The piece.
-        piece: Piece,
-        /// How it begins where the piece before ends.
-        junction: Junction,
+        piece: Box<Piece>,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
         /// How it is run between them.
@@ -109,7 +101,7 @@ impl Queued {
     /// Square of the greatest speed at its start.
     fn entry_limit_sq(&self) -> f64 {
         match &self.item {
-            Ahead::Piece { piece, junction } => junction.speed_sq_max.min(piece.ends_sq_max[0]),
+            Ahead::Piece(piece) => piece.junction.speed_sq_max.min(piece.ends_sq_max[0]),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         }
     }
@@ -121,10 +113,10 @@ impl Decided {
         match item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, junction } => {
+            Ahead::Piece(piece) => {
                 let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
                 let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam: false }
+                Decided::Piece { piece, ends_mm_s, ramp, at_seam: false }
             }
         }
     }
@@ -170,10 +162,10 @@ impl<'a> LookAhead<'a> {
 
     /// Where the last piece ends in a point of a chopped curve, it bends there.
     fn bend_last(&mut self, next: &Ahead) {
-        let Ahead::Piece { junction, .. } = next else { return };
+        let Ahead::Piece(next) = next else { return };
         let last = self.queue.back_mut().map(|queued| &mut queued.item);
-        if let (true, Some(Ahead::Piece { piece, .. })) = (self.has_ramps, last) {
-            piece.bend(1, junction, self.machine);
+        if let (true, Some(Ahead::Piece(piece))) = (self.has_ramps, last) {
+            piece.bend(1, &next.junction, self.machine);
         }
     }
 
@@ -218,10 +210,10 @@ impl<'a> LookAhead<'a> {
         Some(match front.item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, junction } => {
+            Ahead::Piece(piece) => {
                 let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
                 let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam }
+                Decided::Piece { piece, ends_mm_s, ramp, at_seam }
             }
         })
     }
@@ -238,7 +230,7 @@ impl<'a> LookAhead<'a> {
         let mut exit_sq = 0.0;
         for queued in self.queue.iter_mut().rev() {
             let reach_sq = match &queued.item {
-                Ahead::Piece { piece, .. } => piece.entry_sq_max(exit_sq),
+                Ahead::Piece(piece) => piece.entry_sq_max(exit_sq),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
             queued.entry_sq = reach_sq.min(queued.entry_limit_sq());
@@ -254,7 +246,7 @@ impl<'a> LookAhead<'a> {
         for i in 0..self.queue.len() {
             self.queue[i].entry_sq = entry_sq;
             let reach_sq = match &self.queue[i].item {
-                Ahead::Piece { piece, .. } => piece.exit_sq_max(entry_sq),
+                Ahead::Piece(piece) => piece.exit_sq_max(entry_sq),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
             let Some(next) = self.queue.get(i + 1) else { break };
@@ -270,7 +262,7 @@ impl<'a> LookAhead<'a> {
     fn open_from(&self) -> usize {
         let mut left_mm = 0.0;
         for (i, queued) in self.queue.iter().enumerate().rev() {
-            let Ahead::Piece { piece, .. } = &queued.item else { return i };
+            let Ahead::Piece(piece) = &queued.item else { return i };
             if left_mm > piece.speed_sq_max().sqrt() * self.tick_s {
                 return i;
             }
@@ -292,7 +284,8 @@ impl<'a> LookAhead<'a> {
         let newest = self.queue.len() - 1;
         let (mut turn_rad, mut span_mm) = (0.0_f64, 0.0_f64);
         for first in (0..=newest).rev() {
-            let Ahead::Piece { piece, junction } = &self.queue[first].item else { break };
+            let Ahead::Piece(piece) = &self.queue[first].item else { break };
+            let junction = &piece.junction;
             if first == newest && junction.turn_rad == 0.0 {
                 break;
             }
@@ -316,7 +309,7 @@ impl<'a> LookAhead<'a> {
     /// The share of the path tolerance for the corners at the starts of two items.
     fn corner_share(&self, first: usize, last: usize) -> f64 {
         let is_line = |i: usize| match &self.queue[i].item {
-            Ahead::Piece { piece, .. } => piece.segment.curve == Curve::Line,
+            Ahead::Piece(piece) => piece.segment.curve == Curve::Line,
             Ahead::Event(_) | Ahead::Seam(_) => true,
         };
         let has_lines_only = (first.saturating_sub(1)..=last).all(is_line);
@@ -327,7 +320,7 @@ impl<'a> LookAhead<'a> {
     fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
         let around = first.saturating_sub(1)..=last;
         let fastest_sq = |i: usize| match &self.queue[i].item {
-            Ahead::Piece { piece, .. } => piece.speed_sq_max(),
+            Ahead::Piece(piece) => piece.speed_sq_max(),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         };
         let fastest_mm_s = around.clone().map(fastest_sq).fold(0.0, f64::max).sqrt();
@@ -335,7 +328,7 @@ impl<'a> LookAhead<'a> {
             return;
         }
         let accel = |i: usize| match &self.queue[i].item {
-            Ahead::Piece { piece, .. } => piece.accel_max_mm_s2(),
+            Ahead::Piece(piece) => piece.accel_max_mm_s2(),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         };
         let accel_mm_s2 = around.map(accel).fold(0.0, f64::max);
@@ -344,7 +337,8 @@ impl<'a> LookAhead<'a> {
         let speed_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
         let speed_sq = speed_mm_s * speed_mm_s;
         for i in first..=last {
-            let Ahead::Piece { piece, junction } = &mut self.queue[i].item else { continue };
+            let Ahead::Piece(piece) = &mut self.queue[i].item else { continue };
+            let junction = &mut piece.junction;
             if speed_sq < junction.speed_sq_max {
                 junction.speed_sq_max = speed_sq;
                 junction.bound = Bound::Tick;

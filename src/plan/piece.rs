@@ -10,6 +10,8 @@
 
 use std::sync::Arc;
 
+use smallvec::SmallVec;
+
 use crate::base::machine::AxisProfile;
 use crate::base::{Axis, Machine, Point};
 use crate::path::{Curve, Rates, Segment, Span};
@@ -62,6 +64,8 @@ pub struct Piece {
     pub bounds: [Bound; 2],
     /// How much jerk its axes stand.
     pub jerk: JerkLimit,
+    /// How it begins where the piece before ends.
+    pub junction: Junction,
     grip: Grip,
 }
 
@@ -72,8 +76,11 @@ enum Grip {
     Straight { accel_mm_s2: f64 },
     /// Conditions on the squares of the speeds at both ends of a bent piece; and the acceleration
     /// that its bends leave at the speeds whose squares stand beside them.
-    Bent { pulls: Vec<Pull>, accel_mm_s2: f64, bends: Box<[Point; 2]>, fastest_sq: [f64; 2] },
+    Bent { pulls: Pulls, accel_mm_s2: f64, bends: [Point; 2], fastest_sq: [f64; 2] },
 }
+
+/// As many as X, Y and Z have are kept in place.
+type Pulls = SmallVec<[Pull; PULLS_MOSTLY]>;
 
 /// `from · u₀ + to · u₁` has to lie between -1 and 1.
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +98,7 @@ impl Piece {
         machine: &Machine,
         ramps: bool,
         first: Junction,
-        mut take: impl FnMut(Piece, Junction),
+        mut take: impl FnMut(Piece),
     ) {
         if let Curve::Spline(spline) = &segment.curve {
             return Piece::cut_spline(segment, spline.spans(), machine, ramps, first, take);
@@ -111,6 +118,9 @@ impl Piece {
         let count = count.max(least).ceil() as u64;
         let length_mm = length_mm / count as f64;
         let (mut from, mut junction) = (0.0, first);
+        if count == 1 && turn_rad == 0.0 {
+            return take(Piece { junction, ..whole });
+        }
         let mut rates_from = segment.rates_at(from);
         for k in 1..=count {
             let to = k as f64 / count as f64;
@@ -123,8 +133,8 @@ impl Piece {
             } else {
                 Piece { shares, length_mm, ..whole.clone() }
             };
-            take(piece, junction);
-            junction = Junction::STRAIGHT;
+            let first = std::mem::replace(&mut junction, Junction::STRAIGHT);
+            take(Piece { junction: first, ..piece });
         }
     }
 
@@ -135,7 +145,7 @@ impl Piece {
         machine: &Machine,
         ramps: bool,
         first: Junction,
-        mut take: impl FnMut(Piece, Junction),
+        mut take: impl FnMut(Piece),
     ) {
         let length_mm = segment.length_mm();
         let mut rates = segment.rates_at(0.0);
@@ -164,9 +174,10 @@ impl Piece {
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
-            piece.split(least, ends, machine, ramps, junction, &mut |mut piece, junction| {
+            piece.junction = junction;
+            piece.split(least, ends, machine, ramps, &mut |mut piece| {
                 piece.bounded_by(limit_sq, Bound::Chord);
-                take(piece, junction);
+                take(piece);
             });
         }
     }
@@ -178,14 +189,13 @@ impl Piece {
         ends: [Rates; 2],
         machine: &Machine,
         ramps: bool,
-        first: Junction,
-        take: &mut impl FnMut(Piece, Junction),
+        take: &mut impl FnMut(Piece),
     ) {
         let count = self.least_count(machine).max(least).ceil() as u64;
         if count == 1 {
-            return take(self, first);
+            return take(self);
         }
-        let (length_mm, mut junction) = (self.length_mm / count as f64, first);
+        let (length_mm, mut junction) = (self.length_mm / count as f64, self.junction);
         let at = |k: u64| k as f64 / count as f64;
         let share = |k: u64| match k {
             k if k == count => self.shares[1],
@@ -198,8 +208,8 @@ impl Piece {
             if !ramps {
                 piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
             }
-            take(piece, junction);
-            junction = Junction::STRAIGHT;
+            piece.junction = std::mem::replace(&mut junction, Junction::STRAIGHT);
+            take(piece);
         }
     }
 
@@ -290,18 +300,9 @@ impl Piece {
 
     /// How the axes hold a piece with these derivatives at its ends, where these squares of speeds go
     /// with the bends.
-    fn held(&mut self, ends: &[Rates; 2], fastest_sq: [f64; 2], machine: &Machine) -> Grip {
-        let now = ends.each_ref().map(|rates| rates.bend_per_mm);
-        // What it was held by before lends its memory.
-        let none = Grip::Straight { accel_mm_s2: 0.0 };
-        let (mut pulls, bends) = match std::mem::replace(&mut self.grip, none) {
-            Grip::Straight { .. } => (Vec::with_capacity(PULLS_MOSTLY), Box::new(now)),
-            Grip::Bent { mut pulls, mut bends, .. } => {
-                pulls.clear();
-                *bends = now;
-                (pulls, bends)
-            }
-        };
+    fn held(&self, ends: &[Rates; 2], fastest_sq: [f64; 2], machine: &Machine) -> Grip {
+        let bends = ends.each_ref().map(|rates| rates.bend_per_mm);
+        let mut pulls = Pulls::new();
         let mut accel_mm_s2 = f64::INFINITY;
         for profile in &machine.axes {
             let (axis, limit) = (profile.axis, profile.accel_max_mm_s2);
@@ -333,6 +334,7 @@ impl Piece {
             ends_sq_max: [feed_mm_s * feed_mm_s; 2],
             bounds: [Bound::Feed; 2],
             jerk: JerkLimit::NONE,
+            junction: Junction::STRAIGHT,
             grip: Grip::Straight { accel_mm_s2: f64::INFINITY },
         }
     }

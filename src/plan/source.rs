@@ -65,13 +65,17 @@ impl<'a> Cutter<'a> {
         let ramps = self.feed != Feed::Constant;
         let (ready, seams, next_seam) = (&mut self.ready, self.seams, &mut self.next_seam);
         let (machine, mut is_at_seam) = (self.machine, false);
-        Piece::cut(&segment, machine, ramps, junction, |mut piece, junction| {
+        Piece::cut(&segment, machine, ramps, junction, |piece| {
+            let mut piece = Box::new(piece);
             let end = piece.shares[1];
-            let junction = if is_at_seam { Junction::REST } else { junction };
+            if is_at_seam {
+                piece.junction = Junction::REST;
+            }
             if ramps {
+                let junction = piece.junction;
                 piece.bend(0, &junction, machine);
             }
-            ready.push_back(Ahead::Piece { piece, junction });
+            ready.push_back(Ahead::Piece(piece));
             let seam = seams.at(*next_seam, index, end);
             is_at_seam = seam.is_some();
             if let Some(kind) = seam {
