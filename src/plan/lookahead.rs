@@ -77,6 +77,8 @@ pub struct LookAhead<'a> {
     has_ramps: bool,
     tick_s: f64,
     tolerance_mm: f64,
+    /// The newest item, until it is known what follows.
+    newest: Option<Ahead>,
     queue: VecDeque<Queued>,
     /// Square of the speed at the start of the queue.
     start_sq: f64,
@@ -137,6 +139,7 @@ impl<'a> LookAhead<'a> {
             has_ramps,
             tick_s: machine.bus.tick_s(),
             tolerance_mm: machine.path_tolerance_mm,
+            newest: None,
             queue: VecDeque::new(),
             start_sq: 0.0,
             is_at_seam: false,
@@ -148,34 +151,43 @@ impl<'a> LookAhead<'a> {
 
     /// Takes the next item.
     pub fn push(&mut self, item: Ahead) {
-        self.bend_last(&item);
-        self.queue.push_back(Queued { item, entry_sq: 0.0 });
-        if !self.has_ramps {
-            self.decided = self.queue.len();
-            return;
-        }
-        self.hold_corner();
-        if self.queue.len() >= self.enough {
-            self.decide();
-        }
-    }
-
-    /// Where the last piece ends in a point of a chopped curve, it bends there.
-    fn bend_last(&mut self, next: &Ahead) {
-        let Ahead::Piece(next) = next else { return };
-        let last = self.queue.back_mut().map(|queued| &mut queued.item);
-        if let (true, Some(Ahead::Piece(piece))) = (self.has_ramps, last) {
-            piece.bend(1, &next.junction, self.machine);
+        if let Some(before) = self.newest.replace(item) {
+            self.queue_up(before);
         }
     }
 
     /// No item follows: the path ends at rest.
     pub fn finish(&mut self) {
+        if let Some(last) = self.newest.take() {
+            self.queue_up(last);
+        }
         if self.has_ramps {
             self.backward();
             self.forward();
         }
         self.decided = self.queue.len();
+    }
+
+    /// Queues an item, now that it is known what follows.
+    fn queue_up(&mut self, mut item: Ahead) {
+        if !self.has_ramps {
+            self.queue.push_back(Queued { item, entry_sq: 0.0 });
+            self.decided = self.queue.len();
+            return;
+        }
+        if let Ahead::Piece(piece) = &mut item {
+            let bend_after = match &self.newest {
+                Some(Ahead::Piece(next)) => next.junction.bend(),
+                Some(Ahead::Event(_) | Ahead::Seam(_)) | None => None,
+            };
+            let bend_before = piece.junction.bend();
+            piece.bend([bend_before, bend_after], self.machine);
+        }
+        self.queue.push_back(Queued { item, entry_sq: 0.0 });
+        self.hold_corner();
+        if self.queue.len() >= self.enough {
+            self.decide();
+        }
     }
 
     /// Gives the next item whose motion is decided, if there is one.

@@ -67,16 +67,11 @@ impl<'a> Cutter<'a> {
         let (machine, mut is_at_seam) = (self.machine, false);
         Piece::cut(&segment, machine, ramps, junction, |piece| {
             let mut piece = Box::new(piece);
-            let end = piece.shares[1];
             if is_at_seam {
                 piece.junction = Junction::REST;
             }
-            if ramps {
-                let junction = piece.junction;
-                piece.bend(0, &junction, machine);
-            }
+            let seam = seams.at(*next_seam, index, piece.shares[1]);
             ready.push_back(Ahead::Piece(piece));
-            let seam = seams.at(*next_seam, index, end);
             is_at_seam = seam.is_some();
             if let Some(kind) = seam {
                 *next_seam += 1;
