@@ -9,7 +9,7 @@ use super::Options;
 use super::findings::Place;
 use super::hashed::HashedReader;
 use super::motion::Motion;
-use super::program::{Library, parse_line, program_number};
+use super::program::{Library, next_block, program_number};
 use super::record::{Record, WORDS_MAX};
 use super::run::{End, PassedOver, Run};
 use super::travel::Travel;
@@ -204,8 +204,8 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
     let mut block = Block::default();
     let mut faults = Vec::new();
     while run.end != End::NotText {
-        let Some(line) = run.lines.next_line()? else { return Ok(()) };
-        parse_line(&line, &mut block, &mut faults, run.text);
+        let line = next_block(&mut run.lines, &mut block, &mut faults, run.text)?;
+        let Some(line) = line else { return Ok(()) };
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let is_blank = block.is_empty() && faults.is_empty();
         if run.end == End::Text {
