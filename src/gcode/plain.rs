@@ -6,7 +6,7 @@
 use std::num::NonZeroU64;
 
 use super::block::{Block, Word};
-use super::number::POWERS_OF_TEN;
+use super::number::{POWERS_OF_TEN, is_blank};
 
 /// Powers of ten for as many decimals as a plain word may have.
 const WHOLE_POWERS_OF_TEN: [i64; DIGITS_MAX as usize + 1] =
@@ -46,7 +46,7 @@ pub(super) struct Words {
 /// Reads words from the beginning of a text as long as they are plain. No end of a line is read over.
 #[inline(never)]
 pub(super) fn plain_words(text: &[u8], block: &mut Block) -> Words {
-    let (mut end, mut next) = (0, behind_blanks(text, 0));
+    let (mut end, mut next) = (0, 0);
     while let Some(rest) = text.get(next..) {
         let padded;
         // All that is looked at of a word: whether it is there is asked once.
@@ -59,7 +59,11 @@ pub(super) fn plain_words(text: &[u8], block: &mut Block) -> Words {
         };
         let letter = LETTERS[usize::from(bytes[0])];
         if letter == 0 {
-            break;
+            if !is_blank(bytes[0]) {
+                break;
+            }
+            next += 1;
+            continue;
         }
         let Some((value, length)) = plain_number(letter, bytes) else { break };
         let word = Word { letter, value, start: next as u32, end: (next + length) as u32 };
@@ -67,7 +71,11 @@ pub(super) fn plain_words(text: &[u8], block: &mut Block) -> Words {
             break;
         }
         end = next + length;
-        next = behind_blanks(text, end);
+        next = end;
+        // A loop, so that no number waits for what stands before it. Tabs are few.
+        while text.get(next) == Some(&b' ') {
+            next += 1;
+        }
     }
     if matches!(text.get(next), Some(b'0'..=b'9' | b'.')) {
         // The number goes on, maybe behind blanks.
@@ -174,15 +182,6 @@ fn whole_number(bytes: u64, digits: u32) -> i64 {
 #[inline]
 fn eight_bytes(word: &[u8; WORD_BYTES], begin: usize) -> Option<u64> {
     word.get(begin..)?.first_chunk().map(|bytes| u64::from_le_bytes(*bytes))
-}
-
-/// The first place from one on at which no blank stands.
-#[inline]
-fn behind_blanks(text: &[u8], mut at: usize) -> usize {
-    while let Some(b' ' | b'\t') = text.get(at) {
-        at += 1;
-    }
-    at
 }
 
 #[cfg(test)]

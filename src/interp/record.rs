@@ -11,8 +11,8 @@ use crate::base::{Plane, Point};
 
 use super::motion::{Bound, Corner, Motion, Move, MoveKind};
 
-/// Most words of a record, 8 MiB: 260 thousand lines in three axes.
-pub(super) const WORDS_MAX: usize = 1 << 20;
+/// Most words of a record, 12 MiB: 390 thousand lines in three axes.
+pub(super) const WORDS_MAX: usize = 3 << 19;
 
 /// A move in numbers: where it ends, axis by axis, and what the names of its other places say.
 type Row = [u64; KIND + 1];

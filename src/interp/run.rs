@@ -237,7 +237,6 @@ impl<'a> Run<'a> {
         }
     }
 
-    #[inline(never)]
     fn step_body(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {
         let Some(frame) = self.frames.last_mut() else { return Ok(()) };
         let at = frame.next;
