@@ -12,9 +12,9 @@ use super::number::{POWERS_OF_TEN, is_blank};
 const WHOLE_POWERS_OF_TEN: [i64; DIGITS_MAX as usize + 1] =
     [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Most digits before the point, and behind it. With no more than fourteen the number is below the
-/// greatest there is, and its digits as a whole number are exact in f64, as are the powers of ten; so
-/// the quotient is correctly rounded.
+/// Most digits before the point, where a minus counts as one, and behind it. With no more than
+/// fourteen the number is below the greatest there is, and its digits as a whole number are exact in
+/// f64, as are the powers of ten; so the quotient is correctly rounded.
 const DIGITS_MAX: u32 = 7;
 
 /// In each of eight bytes a one.
