@@ -85,7 +85,7 @@ struct Block {
 /// The pieces behind a block's end.
 #[derive(Debug, Default)]
 struct Behind {
-    pieces: Vec<Box<Piece>>,
+    pieces: Vec<Piece>,
     /// So many before it is tried again whether they suffice.
     enough: usize,
 }
@@ -189,7 +189,7 @@ impl<I> Explainer<'_, I> {
             (block.speed.top_mm_s, block.speed.top_bound) = (top_mm_s, top_bound);
         }
         let Some((_, behind)) = &mut self.waiting else { return };
-        behind.pieces.push(piece);
+        behind.pieces.push(*piece);
         if behind.pieces.len() >= behind.enough {
             behind.enough *= 2;
             self.try_settle(ends_mm_s[1]);

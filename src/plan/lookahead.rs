@@ -39,10 +39,6 @@ pub enum Ahead {
 
 /// An item whose speeds are decided.
 #[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "most are pieces: a box would cost an allocation each"
-)]
 pub enum Decided {
     /// A piece of the path.
     Piece {

@@ -12,6 +12,8 @@
 //! greatest one, and that is it: the later P, the faster. Where P cannot be found (rounding), the
 //! acceleration steps: speeds and accelerations stay within their limits whatever happens.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use super::Run;
 use super::bracket::Bracket;
 use super::lane::{Lane, SAME};
@@ -23,8 +25,8 @@ const P_ERROR_S: f64 = 1e-11;
 /// The same as a share of a step of acceleration.
 const P_ERROR_SHARE: f64 = 1e-8;
 
-/// An arc this near to the ceiling, as a share of its speed, touches it.
-const TOUCH_ERROR: f64 = 1e-9;
+/// An arc this near to the ceiling, as a share of its speed, touches it: twice what counts as the same.
+const TOUCH_ERROR: f64 = 2.0 * SAME;
 
 /// An arc is furthest above a lane where it gains nothing on it, but for this share of what it gained.
 const GAIN_ERROR: f64 = 1e-6;
@@ -62,8 +64,8 @@ impl Part {
 #[derive(Clone, Copy, Debug)]
 struct Hit {
     at_mm: f64,
-    /// On the ceiling; or at a piece that allows less acceleration.
-    is_ceiling: bool,
+    /// The ceiling's acceleration there; none at a piece that allows less acceleration.
+    ceiling_mm_s2: Option<f64>,
 }
 
 /// How near an arc comes to what is not allowed.
@@ -289,15 +291,17 @@ impl<'a> Rounding<'a> {
         let risen = if step_mm_s2 > 0.0 { self.sweep(first.from, self.lane) } else { start };
         if risen.is_over() {
             let at = |share| State { accel_mm_s2: accel_mm_s2 + share * step_mm_s2, ..self.state };
-            let (share, hit) = self.last_free([0.0, 1.0], [start, risen], P_ERROR_SHARE, at)?;
+            let (share, hit) =
+                self.last_free([0.0, 1.0], [start, risen], None, P_ERROR_SHARE, at)?;
             return Some(Leave { before: [none; 2], from: at(share), hit });
         }
         let ends_mm = State { at_mm: offer.end.at_mm, ..second.end() };
         let beyond = || self.sweep(ends_mm, self.lane + usize::from(offer.ends_lane));
-        let on = |stretch: Stretch, ends| {
+        let on = |stretch: Stretch, ends: [Reach; 2]| {
             let range_s = [0.0, stretch.duration_s];
+            let guess_s = self.guess_s(&stretch, ends[1]);
             let (time_s, hit) =
-                self.last_free(range_s, ends, P_ERROR_S, |time_s| stretch.after(time_s))?;
+                self.last_free(range_s, ends, guess_s, P_ERROR_S, |time_s| stretch.after(time_s))?;
             Some((Stretch { duration_s: time_s, ..stretch }, hit))
         };
         if second.duration_s <= 0.0 {
@@ -313,18 +317,30 @@ impl<'a> Rounding<'a> {
         Some(Leave { before: [first, leaves], from: leaves.end(), hit })
     }
 
+    /// When an arc leaves a stretch that ends on a steady ceiling, and is then faster by c: c/2j before
+    /// its end, from a steady acceleration; (1 - 1/√2)·c/j from one that grows.
+    fn guess_s(&self, stretch: &Stretch, end: Reach) -> Option<f64> {
+        let (state, lane) = (stretch.end(), &self.lanes[self.lane]);
+        let fall_mm_s2 = state.accel_mm_s2 - end.place?.ceiling_mm_s2?;
+        let share = if stretch.jerk_mm_s3 > 0.0 { 1.0 - FRAC_1_SQRT_2 } else { 0.5 };
+        let guess_s = stretch.duration_s - share * fall_mm_s2 / self.jerk_mm_s3(lane, &state);
+        (guess_s > 0.0 && guess_s < stretch.duration_s).then_some(guess_s)
+    }
+
     /// The last place of a range from which an arc is allowed, and where that touches, if the arc from its
     /// start is and that from its end is not.
     fn last_free(
         &self,
         range: [f64; 2],
         ends: [Reach; 2],
+        mut first: Option<f64>,
         error: f64,
         at: impl Fn(f64) -> State,
     ) -> Option<(f64, Hit)> {
         let mut bracket = Bracket::new(range, ends.map(|reach| reach.excess));
         let mut hit = ends[1].place;
-        while let Some(place) = bracket.guess(if hit.is_some() { error } else { 0.0 }) {
+        let error = |hit: Option<Hit>| if hit.is_some() { error } else { 0.0 };
+        while let Some(place) = first.take().or_else(|| bracket.guess(error(hit))) {
             let reach = self.sweep(at(place), self.lane);
             bracket.take(place, reach.excess);
             if reach.is_over() || reach.touches() {
@@ -356,7 +372,7 @@ impl<'a> Rounding<'a> {
             }
             state = end;
         }
-        if hit.is_ceiling {
+        if hit.ceiling_mm_s2.is_some() {
             let lane = &self.lanes[number];
             let ceiling = lane.at(hit.at_mm);
             if (state.speed_mm_s - ceiling.speed_mm_s).abs() > LANDING_SPEED * ceiling.speed_mm_s {
@@ -368,7 +384,7 @@ impl<'a> Rounding<'a> {
                 state.accel_mm_s2 = ceiling.accel_mm_s2;
             }
         }
-        (self.state, self.lane, self.follows) = (state, number, hit.is_ceiling);
+        (self.state, self.lane, self.follows) = (state, number, hit.ceiling_mm_s2.is_some());
         true
     }
 
@@ -432,7 +448,7 @@ impl<'a> Rounding<'a> {
                 return nearest;
             }
             if entered && self.is_too_much(lane, &state) {
-                let hit = Hit { at_mm: state.at_mm, is_ceiling: false };
+                let hit = Hit { at_mm: state.at_mm, ceiling_mm_s2: None };
                 return Reach { excess: f64::INFINITY, place: Some(hit) };
             }
             let (stretches, end) = self.braking(i, &state, lane.end_mm);
@@ -458,8 +474,8 @@ impl<'a> Rounding<'a> {
 fn touch(arc: &Stretch, lane: &Lane) -> Reach {
     let end = arc.end();
     let reach = |state: &State| {
-        let excess = lane.excess(state);
-        Reach { excess, place: Some(Hit { at_mm: state.at_mm, is_ceiling: true }) }
+        let ceiling_mm_s2 = Some(lane.at(state.at_mm).accel_mm_s2);
+        Reach { excess: lane.excess(state), place: Some(Hit { at_mm: state.at_mm, ceiling_mm_s2 }) }
     };
     let only_over = |reach: Reach| if reach.is_over() { reach } else { Reach::CLEAR };
     let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.at(state.at_mm).accel_mm_s2;
