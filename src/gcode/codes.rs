@@ -168,13 +168,14 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
             ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_R)
         }
         Some(Op::Spline(code)) => code.words(),
-        Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
+        Some(Op::Dwell | Op::Return | Op::Override(_) | Op::FurtherSystem) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { by_diameter: false, .. }) => letter_bit(b'D'),
         // L, where a lathe tool's tip points to, changes nothing on its path.
         Some(Op::Compensate { by_diameter: true, .. }) => letter_set("DL"),
         Some(Op::SetOffsets) => letter_set("IJLPQR"),
-        Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
+        Some(Op::LengthOffset | Op::LengthOffsetSubtracted | Op::LengthOffsetMore) => letter_bit(b'H'),
+        Some(Op::LookAhead) => letter_set("EPQR"),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
@@ -239,12 +240,14 @@ pub static CODES: &[Code] = &[
     g(430, Group::LengthOffset, Op::LengthOffset, "tool length offset"),
     g(431, Group::LengthOffset, Op::LengthOffsetByWords, "dynamic tool length offset"),
     g(432, Group::LengthOffset, Op::LengthOffsetMore, "additional tool length offset"),
+    g(440, Group::LengthOffset, Op::LengthOffsetSubtracted, "tool length offset, subtracted"),
     g(490, Group::LengthOffset, Op::LengthOffsetOff, "tool length offset is off"),
     g(500, Group::Scaling, Op::ScalingOff, "scaling is off"),
     g(510, Group::Scaling, Op::Scaling, "scaling"),
     g(520, Group::NonModal, Op::LocalOffset, "local coordinate system"),
     g(530, Group::NonModal, Op::MachineCoordinates, "this block's axis words are machine coordinates"),
     g(540, Group::CoordinateSystem, Op::WorkSystem(0), "work coordinate system 1, at the profile's work zero"),
+    g(541, Group::CoordinateSystem, Op::FurtherSystem, "further work coordinate system P, 1 to 300 (G54 P is the same)"),
     g(550, Group::CoordinateSystem, Op::WorkSystem(1), "work coordinate system 2"),
     g(560, Group::CoordinateSystem, Op::WorkSystem(2), "work coordinate system 3"),
     g(570, Group::CoordinateSystem, Op::WorkSystem(3), "work coordinate system 4"),
@@ -294,6 +297,9 @@ pub static CODES: &[Code] = &[
     g(970, Group::SpindleMode, Op::SpindleSpeedConstant, "S is in turns a minute"),
     g(980, Group::ReturnLevel, Op::ReturnToInitial, "cycles return to the level they came from"),
     g(990, Group::ReturnLevel, Op::ReturnToR, "cycles return to the R level"),
+    g(1030, Group::NonModal, Op::LookAhead, "limits the look-ahead of a control: changes nothing here"),
+    g(1540, Group::CoordinateSystem, Op::FurtherSystem, "as G54.1 (Haas)"),
+    g(1870, Group::NonModal, Op::LookAhead, "says how smooth a control is to plan: changes nothing here"),
     m(0, Group::Stop, Op::Stop, "stops until the operator goes on"),
     m(1, Group::Stop, Op::OptionalStop, "stops if the operator's switch is on"),
     m(2, Group::Stop, Op::End, "ends the program"),
@@ -332,8 +338,8 @@ pub static CODES: &[Code] = &[
 ];
 
 /// Rows of the table by ten times the code's number, counted from 1; 0 where there is none.
-const fn index(letter: u8) -> [u8; 1001] {
-    let mut rows = [0; 1001];
+const fn index(letter: u8) -> [u8; ROWS] {
+    let mut rows = [0; ROWS];
     let mut i = 0;
     while i < CODES_COUNT {
         if CODES[i].letter == letter {
@@ -345,8 +351,10 @@ const fn index(letter: u8) -> [u8; 1001] {
 }
 
 const CODES_COUNT: usize = CODES.len();
-static G_ROWS: [u8; 1001] = index(b'G');
-static M_ROWS: [u8; 1001] = index(b'M');
+/// Ten times the greatest number of a code, and 0.
+const ROWS: usize = 1871;
+static G_ROWS: [u8; ROWS] = index(b'G');
+static M_ROWS: [u8; ROWS] = index(b'M');
 
 /// A G or M word's number as it is meant: what lies within 0.0001 of a tenth is that tenth
 /// (RS274/NGC), for expressions are rounded.
@@ -388,8 +396,9 @@ mod tests {
     }
 
     #[test]
-    fn every_operation_is_that_of_one_code() {
-        let ops: Vec<_> = CODES.iter().filter_map(|code| code.op).collect();
+    fn every_motion_is_that_of_one_code() {
+        let motions = CODES.iter().filter(|code| code.group == Group::Motion);
+        let ops: Vec<_> = motions.filter_map(|code| code.op).collect();
         for op in &ops {
             assert_eq!(ops.iter().filter(|other| *other == op).count(), 1, "{op:?}");
         }

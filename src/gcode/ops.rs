@@ -44,11 +44,14 @@ pub enum Op {
         by_diameter: bool,
     },
     LengthOffset,
+    LengthOffsetSubtracted,
     LengthOffsetByWords,
     LengthOffsetMore,
     LengthOffsetOff,
     /// G54 to G59.3, counted from 0.
     WorkSystem(u8),
+    /// G54.1, by its P.
+    FurtherSystem,
     ExactStopOnce,
     ExactPath,
     ExactStop,
@@ -73,7 +76,7 @@ pub enum Op {
     ArcCounterClockwise,
     Spline(SplineCode),
     NurbsEnd,
-    /// Of no row: G5 P10000 and G5.1 Q1, which are no splines, and what ends them.
+    /// How a control is to plan, which changes no path; G5 P10000, G5.1 Q1 and G8 P1 too.
     LookAhead,
     Cycle(Cycle),
     Follow(Follow),

@@ -86,13 +86,21 @@ impl<'a> Parsing<'a> {
                 self.block.percent = true;
                 self.end_words(byte)
             }
-            b'/' if self.block.is_empty() && !self.block.delete => {
+            b'/' if self.is_at_beginning() && !self.block.delete => {
                 self.block.delete = true;
-                self.step(1);
+                // FANUC has nine such switches: here they are one.
+                let is_switch = matches!(self.rest, [_, b'1'..=b'9', next, ..] if !next.is_ascii_digit());
+                self.step(if is_switch { 2 } else { 1 });
                 Some(())
             }
             _ => self.stray(byte),
         }
+    }
+
+    /// Whether nothing but an N word has been read.
+    fn is_at_beginning(&self) -> bool {
+        let is_numbered = matches!(self.block.words(), [word] if word.letter == b'N');
+        self.block.is_empty() || is_numbered
     }
 
     fn at(&self) -> u32 {

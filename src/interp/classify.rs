@@ -77,7 +77,7 @@ impl Executor<'_> {
                 }
             }
         }
-        asked.is_faulty |= asked.is_foreign;
+        asked.is_faulty |= asked.is_foreign || self.resolve_system(block, faults);
         if self.codes.len() > 1 {
             // G80 first: a motion code beside it begins after what it ends.
             self.codes.sort_by_key(|(code, op)| (code.group, *op != Op::MotionOff));
@@ -143,9 +143,13 @@ impl Executor<'_> {
         }
         let mut used = FREE_LETTERS | AXIS_LETTERS | POLAR_LETTERS;
         for (code, op) in &self.codes {
-            used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
+            used |= match op {
+                Op::LookAhead => code.words | LOOK_AHEAD_LETTERS,
+                Op::FurtherSystem => letter_bit(b'P'),
+                _ => code.words,
+            };
         }
-        used |= self.said_twice(block);
+        used |= self.said_twice(block) | self.held_numbers(block);
         match mode {
             MotionMode::Line => used |= self.corner_letters(),
             MotionMode::Arc { .. } => {

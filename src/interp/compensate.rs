@@ -83,7 +83,7 @@ impl Executor<'_> {
         }
         let number = match word {
             Some(word) => whole(word, 99_999, faults)?,
-            None => self.loaded.unwrap_or(0),
+            None => self.held_d.or(self.loaded).unwrap_or(0),
         };
         match self.tools.get(number) {
             Some(tool) => Some((tool.diameter_mm / 2.0, tool.orientation)),

@@ -5,6 +5,8 @@
 //! fault, so that one fault does not make others; positions that a fault leaves open are known to
 //! be open.
 
+use std::collections::BTreeSet;
+
 use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{
     AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
@@ -88,6 +90,8 @@ pub(super) struct Executor<'a> {
     pub(super) loaded: Option<u32>,
     pub(super) tools: Tools,
     pub(super) length_mode: LengthMode,
+    /// D that stood in a block without G41 and G42, or in the dialects fanuc beside them.
+    pub(super) held_d: Option<u32>,
     pub(super) frames: Frames,
     /// Machine positions of G28 and G30, where the program has stored them.
     pub(super) references: [AxisMap<Option<f64>>; 2],
@@ -97,8 +101,8 @@ pub(super) struct Executor<'a> {
     pub(super) to_restore: Option<Box<Modes>>,
     /// The line at hand.
     pub(super) line: u32,
-    /// A bit for each work coordinate system whose lack of a place has been said.
-    pub(super) systems_missed: u16,
+    /// The work coordinate systems whose lack of a place has been said.
+    pub(super) systems_missed: BTreeSet<usize>,
     pub(super) cycle: Held,
     pub(super) signals: Signals,
     pub(super) lathe: Lathe,
@@ -209,12 +213,13 @@ impl<'a> Executor<'a> {
             loaded: None,
             tools: options.tools.clone(),
             length_mode: LengthMode::Off,
+            held_d: None,
             frames: Frames::new(machine),
             references: [AxisMap::default(); 2],
             saved: vec![Saved::default()],
             to_restore: None,
             line: 0,
-            systems_missed: 0,
+            systems_missed: BTreeSet::new(),
             cycle: Held::default(),
             signals: Signals::default(),
             lathe: Lathe::default(),
@@ -281,6 +286,7 @@ impl<'a> Executor<'a> {
         for (_, op) in before {
             self.execute(*op, block, &mut asked, out);
         }
+        self.hold_numbers(block, &codes, asked, out.faults);
         self.run_motion(block, &mut asked, out);
         let mut flow = self.turn_flow(block, asked, out);
         for (_, op) in stops {
@@ -341,10 +347,12 @@ impl<'a> Executor<'a> {
             | Op::SuspendPosition
             | Op::RestorePosition
             | Op::LengthOffset
+            | Op::LengthOffsetSubtracted
             | Op::LengthOffsetByWords
             | Op::LengthOffsetMore
             | Op::LengthOffsetOff
             | Op::WorkSystem(_)
+            | Op::FurtherSystem
             | Op::ScalingOff
             | Op::Scaling
             | Op::Rotation
@@ -424,6 +432,7 @@ impl<'a> Executor<'a> {
         match op {
             Op::ToolChange => {
                 self.loaded = self.tool;
+                self.held_d = self.held_d.filter(|_| self.dialect.is_fanuc());
                 self.turning = Turning::Stopped;
                 out.event(EventKind::M { code: 6, spindle_rpm: None, tool: self.tool });
             }
@@ -466,14 +475,16 @@ impl<'a> Executor<'a> {
             Op::ResetPosition => self.frames.reset_shift(),
             Op::SuspendPosition => self.frames.suspend_shift(),
             Op::RestorePosition => self.frames.restore_shift(),
-            Op::LengthOffset => self.set_length(false, block, faults),
-            Op::LengthOffsetMore => self.set_length(true, block, faults),
+            Op::LengthOffset => self.set_length(LengthMode::Table, block, faults),
+            Op::LengthOffsetSubtracted => self.set_length(LengthMode::Subtracted, block, faults),
+            Op::LengthOffsetMore => self.add_length(block, faults),
             Op::LengthOffsetByWords => self.set_length_by_words(block, faults),
             Op::LengthOffsetOff => {
                 self.length_mode = LengthMode::Off;
                 self.frames.set_tool(Point::ZERO);
             }
             Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
+            Op::FurtherSystem => self.choose_further(block, faults),
             Op::Scaling => self.set_scaling(block, faults),
             Op::ScalingOff => self.end_scaling(block, faults),
             Op::Rotation => self.set_rotation(block, faults),

@@ -9,8 +9,11 @@
 
 use crate::base::{Axis, AxisMap, Machine, Plane, Point};
 
-/// How many work coordinate systems there are: G54 to G59.3.
+/// How many work coordinate systems have a code of their own: G54 to G59.3.
 pub(super) const SYSTEMS: usize = 9;
+
+/// How many more there are, by number: G54.1 P1 to P300.
+pub(super) const FURTHER_SYSTEMS: usize = 300;
 
 /// A work coordinate system.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +45,10 @@ pub(super) struct Rotation {
 /// All that lies between program and machine coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Frames {
-    /// Where the systems lie.
-    systems: [System; SYSTEMS],
+    /// Where the systems lie: G54 to G59.3, then those of G54.1.
+    systems: Vec<System>,
+    /// By how much all of them are shifted (FANUC's external offset).
+    external_mm: Point,
     active: usize,
     /// The one in force, as it was when it was chosen or placed.
     current: System,
@@ -63,12 +68,13 @@ impl Frames {
     /// All systems at the machine's work zero, which is meant to be that of G54.
     pub fn new(machine: &Machine) -> Frames {
         let system = System { origin_mm: machine.work_zero_mm, turn_deg: 0.0, is_set: false };
-        let mut systems = [system; SYSTEMS];
+        let mut systems = vec![system; SYSTEMS + FURTHER_SYSTEMS];
         systems[0].is_set = true;
         Frames {
             current: systems[0],
             systems,
             active: 0,
+            external_mm: Point::ZERO,
             shift_mm: Point::ZERO,
             kept_shift_mm: Point::ZERO,
             is_shifted: false,
@@ -112,8 +118,20 @@ impl Frames {
 
     /// Makes a work coordinate system the one in force.
     pub fn choose(&mut self, index: usize) {
-        self.active = index.min(SYSTEMS - 1);
-        self.current = self.systems[self.active];
+        if let Some(system) = self.systems.get(index) {
+            (self.active, self.current) = (index, *system);
+        }
+        self.update();
+    }
+
+    /// By how much all systems are shifted.
+    pub fn external_mm(&self) -> &Point {
+        &self.external_mm
+    }
+
+    /// Shifts all systems on one axis.
+    pub fn set_external(&mut self, axis: Axis, by_mm: f64) {
+        self.external_mm[axis] = by_mm;
         self.update();
     }
 
@@ -210,9 +228,14 @@ impl Frames {
     fn update(&mut self) {
         let system = &self.current;
         self.offset_mm = AxisMap::from_fn(|axis| {
-            system.origin_mm[axis] + self.shift_mm[axis] + self.tool_mm[axis]
+            self.origin_mm(system, axis) + self.shift_mm[axis] + self.tool_mm[axis]
         });
         self.is_plain = self.scaling.is_none() && self.rotation.is_none() && system.turn_deg == 0.0;
+    }
+
+    /// Where the origin of a system lies on an axis.
+    fn origin_mm(&self, system: &System, axis: Axis) -> f64 {
+        system.origin_mm[axis] + self.external_mm[axis]
     }
 
     /// Machine coordinates of a point of the program.
@@ -224,7 +247,7 @@ impl Frames {
         }
         point = AxisMap::from_fn(|axis| point[axis] + self.shift_mm[axis]);
         turn(&mut point, Plane::Xy, [0.0; 2], system.turn_deg);
-        AxisMap::from_fn(|axis| point[axis] + system.origin_mm[axis] + self.tool_mm[axis])
+        AxisMap::from_fn(|axis| point[axis] + self.origin_mm(system, axis) + self.tool_mm[axis])
     }
 
     /// What the program calls a point in machine coordinates.
@@ -257,12 +280,12 @@ impl Frames {
 
     /// A system as it is in force, or would be if it were chosen.
     fn known(&self, index: usize) -> &System {
-        if index == self.active { &self.current } else { &self.systems[index.min(SYSTEMS - 1)] }
+        self.systems.get(index).filter(|_| index != self.active).unwrap_or(&self.current)
     }
 
     fn unshifted_by(&self, system: &System, machine: &Point) -> Point {
         let mut point =
-            AxisMap::from_fn(|axis| machine[axis] - system.origin_mm[axis] - self.tool_mm[axis]);
+            AxisMap::from_fn(|axis| machine[axis] - self.origin_mm(system, axis) - self.tool_mm[axis]);
         turn(&mut point, Plane::Xy, [0.0; 2], -system.turn_deg);
         point
     }

@@ -9,6 +9,7 @@ use crate::gcode::rules;
 
 use super::execute::{Executor, MotionMode};
 use super::feed::FeedMode;
+use super::frames::SYSTEMS;
 use super::modes::LengthMode;
 use super::parameters::{NoValue, refuse};
 use super::system::read_only;
@@ -20,7 +21,9 @@ enum Variable {
     /// Length of a tool, the tool table's Z.
     ToolLength(u32),
     ToolRadius(u32),
-    /// Work offset of G54 to G59, counted from 0.
+    /// The shift of all work coordinate systems.
+    External(Axis),
+    /// Where a work coordinate system lies, counted from 0: G54 to G59, and those of G54.1.
     Origin(usize, Axis),
     Position(Axis),
     MachinePosition(Axis),
@@ -53,12 +56,21 @@ fn variable(number: u32) -> Option<Variable> {
         5041..=5049 => Variable::Position(axis(5041)?),
         5061..=5069 => Variable::Probed((number - 5061) as usize),
         5081..=5089 => Variable::ToolOffset(axis(5081)?),
-        5221..=5328 if (number - 5221) % 20 < 9 => {
-            let (index, within) = ((number - 5221) / 20, (number - 5221) % 20);
-            Variable::Origin(index as usize, *Axis::ALL.get(within as usize)?)
-        }
+        5201..=5209 => Variable::External(axis(5201)?),
+        5221..=5328 => origin(number - 5221, 0),
+        7001..=7960 => origin(number - 7001, SYSTEMS),
+        14_001..=20_000 => origin(number - 14_001, SYSTEMS),
         _ => Variable::Unknown,
     })
+}
+
+/// Of rows of 20 numbers a system, from that of a first one on: where one lies on an axis.
+fn origin(number: u32, first: usize) -> Variable {
+    let (index, within) = (number / 20, number % 20);
+    match Axis::ALL.get(within as usize) {
+        Some(axis) => Variable::Origin(first + index as usize, *axis),
+        None => Variable::Unknown,
+    }
 }
 
 impl Executor<'_> {
@@ -75,6 +87,7 @@ impl Executor<'_> {
             Variable::Origin(index, axis) => {
                 scaled(axis, self.frames.system(index).map_or(0.0, |system| system.origin_mm[axis]))
             }
+            Variable::External(axis) => scaled(axis, self.frames.external_mm()[axis]),
             Variable::Position(axis) => Ok(self.position_in_program(axis)),
             Variable::MachinePosition(axis) => scaled(axis, self.position_mm[axis]),
             Variable::ToolOffset(axis) => scaled(axis, self.frames.tool_mm()[axis]),
@@ -105,6 +118,9 @@ impl Executor<'_> {
                     system.is_set = true;
                     self.frames.set_system(index, system);
                 }
+            }
+            Variable::External(axis) => {
+                self.frames.set_external(axis, if axis.is_rotary() { value } else { mm });
             }
             Variable::Suppression => {}
             Variable::Position(_)
@@ -149,7 +165,11 @@ impl Executor<'_> {
                 None => 40.0,
                 Some(is_left) => of(is_left, 41.0, 42.0),
             },
-            8 => of(self.length_mode == LengthMode::Off, 49.0, 43.0),
+            8 => match self.length_mode {
+                LengthMode::Off => 49.0,
+                LengthMode::Subtracted => 44.0,
+                LengthMode::Table | LengthMode::Words => 43.0,
+            },
             9 => match self.motion {
                 MotionMode::Cycle(cycle) => f64::from(cycle as u8),
                 _ => 80.0,
@@ -157,11 +177,12 @@ impl Executor<'_> {
             10 => of(self.returns_to_r, 99.0, 98.0),
             11 => of(self.frames.scaling().is_some(), 51.0, 50.0),
             13 => of(self.by_surface, 96.0, 97.0),
-            14 => 54.0 + (self.frames.active() as f64).min(5.0),
+            14 => self.system_code() / 10.0,
             16 => of(self.frames.rotation().is_some(), 68.0, 69.0),
             17 => of(self.polar, 16.0, 15.0),
             109 => self.feed_in_program(),
             119 => self.spindle_rpm.unwrap_or_default(),
+            130 => self.further_system(),
             120 => self.tool.unwrap_or(0).into(),
             _ => return unsupported(4000 + group),
         })

@@ -43,6 +43,7 @@ mod program;
 mod run;
 mod spline;
 mod system;
+mod systems;
 mod threading;
 mod tools;
 mod travel;

@@ -1,44 +1,21 @@
-//! The codes that place frames: G10, G52, G92, G54 and on, G43, G51, G68; and G28 and G30, which go
-//! to where the machine has its references.
+//! The codes that place frames: G10, G52, G92, G43, G51, G68; and G28 and G30, which go to where the
+//! machine has its references. Work coordinate systems are in [`super::systems`].
 
 use crate::base::{Axis, AxisMap, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Op};
-use crate::gcode::{Block, Fault, Word, rules};
+use crate::gcode::codes::{AXIS_LETTERS, Code, Op};
+use crate::gcode::{Block, Fault, Word, letter_bit, letter_set, rules};
 
 use super::Dialect;
 use super::execute::{Asked, Executor, Output};
-use super::frames::{Rotation, SYSTEMS, Scaling};
+use super::frames::{Rotation, Scaling};
 use super::modes::LengthMode;
 use super::motion::MoveKind;
 use super::words::whole;
-
-/// Names of the work coordinate systems.
-const SYSTEM_NAMES: [&str; SYSTEMS] =
-    ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
 /// The system of G10 L11, counted from 0: G59.3.
 const FIXTURE: usize = 8;
 
 impl Executor<'_> {
-    /// G54 to G59.3, counted from 0.
-    pub(super) fn choose_system(&mut self, index: usize, block: &Block, faults: &mut Vec<Fault>) {
-        if index != self.frames.active() {
-            self.frames.choose(index);
-        }
-        let is_set = self.frames.system(index).is_none_or(|system| system.is_set);
-        if is_set || self.systems_missed & 1 << index != 0 {
-            return;
-        }
-        self.systems_missed |= 1 << index;
-        let name = SYSTEM_NAMES.get(index).copied().unwrap_or_default();
-        let message = format!("nothing has placed {name}: it is taken at the machine's work zero");
-        let fault = Fault::block(&rules::SYSTEM_UNSET, block, message);
-        faults.push(fault.help(format!(
-            "place it in the program, as G10 L2 P{} X0 Y0 Z0 in machine coordinates",
-            index + 1
-        )));
-    }
-
     /// The axis words of a block in mm and degrees; reports that there is none.
     fn axis_values(
         &mut self,
@@ -46,10 +23,7 @@ impl Executor<'_> {
         block: &Block,
         faults: &mut Vec<Fault>,
     ) -> Vec<(Axis, f64)> {
-        let mut values = Vec::new();
-        for word in block.words() {
-            values.extend(self.axis_word(word, faults));
-        }
+        let values = self.axis_values_of(block, faults);
         if block.letters() & AXIS_LETTERS == 0 {
             let message = format!("{name} names no axis");
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
@@ -58,7 +32,7 @@ impl Executor<'_> {
     }
 
     /// Whether offsets mean something by themselves; reports where they do not.
-    fn is_untransformed(&self, name: &str, block: &Block, faults: &mut Vec<Fault>) -> bool {
+    pub(super) fn is_untransformed(&self, name: &str, block: &Block, faults: &mut Vec<Fault>) -> bool {
         let by = if self.polar {
             "polar coordinates (G16) are"
         } else if self.frames.scaling().is_some() {
@@ -113,8 +87,11 @@ impl Executor<'_> {
             Some((_, 1.0)) => self.set_tool(number, block, faults),
             Some((_, 10.0)) => self.measure_tool(number, self.frames.active(), block, faults),
             Some((_, 11.0)) => self.measure_tool(number, FIXTURE, block, faults),
-            Some((_, 2.0)) => self.place_system(number, false, block, faults),
-            Some((_, 20.0)) => self.place_system(number, true, block, faults),
+            Some((_, 2.0)) => self.place_system(number, block, faults),
+            Some((_, 20.0)) if self.dialect.is_fanuc() => {
+                self.place_further(number, block, faults);
+            }
+            Some((_, 20.0)) => self.name_position(number, block, faults),
             Some((word, _)) => {
                 let message = format!("G10 {word} is not supported");
                 let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
@@ -134,10 +111,7 @@ impl Executor<'_> {
     /// G10 L1: offsets and radius of a tool.
     fn set_tool(&mut self, number: &Word, block: &Block, faults: &mut Vec<Fault>) {
         let Some(number) = whole(number, 99_999, faults) else { return };
-        let mut values = Vec::new();
-        for word in block.words() {
-            values.extend(self.axis_word(word, faults));
-        }
+        let values = self.axis_values_of(block, faults);
         let radius_mm = block.word(b'R').map(|word| word.value * self.mm_per_unit);
         let tool = self.tools.entry(number);
         for (axis, value) in values {
@@ -215,68 +189,95 @@ impl Executor<'_> {
         }
     }
 
-    /// G10 L2 and L20: where a system lies, or what it calls the present position.
-    fn place_system(
+    /// G43 and G44: the offset of a tool of the table; without H of the one in the spindle.
+    pub(super) fn set_length(
         &mut self,
-        number: &Word,
-        by_position: bool,
+        mode: LengthMode,
         block: &Block,
         faults: &mut Vec<Fault>,
     ) {
-        let Some(number) = whole(number, SYSTEMS as u32, faults) else { return };
-        if !self.is_untransformed("G10", block, faults) {
-            return;
-        }
-        let index = (number as usize).checked_sub(1).unwrap_or(self.frames.active());
-        let Some(mut system) = self.frames.system(index).copied() else { return };
-        let mut values = Vec::new();
-        for word in block.words() {
-            values.extend(self.axis_word(word, faults));
-        }
-        system.turn_deg = block.word(b'R').map_or(system.turn_deg, |word| word.value);
-        system.is_set = true;
-        self.frames.set_system(index, system);
-        if by_position {
-            let called = self.frames.unshifted(index, &self.position_mm);
-            let shift_mm = self.frames.shift_mm();
-            let mut wanted = called;
-            for (axis, value) in values {
-                wanted[axis] = value + shift_mm[axis];
-            }
-            system.origin_mm = self.frames.origin_moved(index, &called, &wanted);
-        } else {
-            for (axis, value) in values {
-                system.origin_mm[axis] = value;
-            }
-        }
-        self.frames.set_system(index, system);
-    }
-
-    /// G43 and G43.2: the offset of a tool of the table; without H of the one in the spindle.
-    pub(super) fn set_length(&mut self, adds: bool, block: &Block, faults: &mut Vec<Fault>) {
         let number = match block.word(b'H') {
             Some(word) => whole(word, 99_999, faults),
-            None if adds => {
-                let message = "G43.2 has no H, the tool whose offset is added";
-                faults.push(Fault::block(&rules::MISSING_WORD, block, message));
-                None
-            }
             None => Some(self.loaded.unwrap_or(0)),
         };
-        let found = number.map(|number| (number, self.tools.get(number).copied()));
-        let offset_mm = match found {
-            Some((_, Some(tool))) => tool.offset_mm,
-            Some((0, None)) => Point::ZERO,
-            Some((number, None)) => {
-                faults.push(self.unknown_tool(number, block));
-                self.is_shifted = true;
-                return;
-            }
-            None => return,
+        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults)) else {
+            return;
+        };
+        self.length_mode = mode;
+        self.frames.set_tool(mode.signed(&offset_mm));
+    }
+
+    /// G43.2
+    pub(super) fn add_length(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let Some(word) = block.word(b'H') else {
+            let message = "G43.2 has no H, the tool whose offset is added";
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return;
+        };
+        let number = whole(word, 99_999, faults);
+        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults)) else {
+            return;
         };
         self.length_mode = LengthMode::Table;
-        let before_mm = if adds { self.frames.tool_mm() } else { Point::ZERO };
+        let before_mm = self.frames.tool_mm();
         self.frames.set_tool(AxisMap::from_fn(|axis| before_mm[axis] + offset_mm[axis]));
+    }
+
+    /// The offsets of a tool of the table; of tool 0 none.
+    fn length_of(
+        &mut self,
+        number: u32,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> Option<Point> {
+        match self.tools.get(number) {
+            Some(tool) => Some(tool.offset_mm),
+            None if number == 0 => Some(Point::ZERO),
+            None => {
+                faults.push(self.unknown_tool(number, block));
+                self.is_shifted = true;
+                None
+            }
+        }
+    }
+
+    /// Letters of tools that a block may name without the code that makes use of them: D, which the
+    /// next G41 or G42 without one takes, and in the dialect fanuc H while G43 or G44 is in force.
+    pub(super) fn held_numbers(&self, block: &Block) -> u32 {
+        let is_free = |letter: u8| {
+            let bit = letter_bit(letter);
+            block.has(letter) && self.codes.iter().all(|(code, _)| code.words & bit == 0)
+        };
+        let takes_d = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
+        let d = if takes_d && is_free(b'D') { letter_bit(b'D') } else { 0 };
+        let takes_h = self.dialect == Dialect::Fanuc && self.length_mode.is_of_table();
+        d | if takes_h && is_free(b'H') { letter_bit(b'H') } else { 0 }
+    }
+
+    /// Takes such letters; the codes of the block have been executed.
+    pub(super) fn hold_numbers(
+        &mut self,
+        block: &Block,
+        codes: &[(&'static Code, Op)],
+        asked: Asked,
+        faults: &mut Vec<Fault>,
+    ) {
+        if asked.is_faulty || block.letters() & letter_set("DH") == 0 {
+            return;
+        }
+        let of = |letter: u8| codes.iter().find(|(code, _)| code.words & letter_bit(letter) != 0);
+        let is_own = |op: &Op| matches!(op, Op::Compensate { by_diameter: false, .. });
+        let keeps = match of(b'D') {
+            None => matches!(self.dialect, Dialect::Iso | Dialect::Fanuc),
+            Some((_, op)) => self.dialect == Dialect::Fanuc && is_own(op),
+        };
+        if let Some(word) = block.word(b'D').filter(|_| keeps) {
+            self.held_d = whole(word, 99_999, faults);
+        }
+        let takes_h = self.dialect == Dialect::Fanuc && self.length_mode.is_of_table();
+        if takes_h && block.has(b'H') && of(b'H').is_none() {
+            self.set_length(self.length_mode, block, faults);
+        }
     }
 
     /// A tool that the table lacks.
