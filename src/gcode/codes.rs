@@ -39,6 +39,7 @@ pub enum Group {
     Distance,
     ArcDistance,
     Polar,
+    Mirror,
     Scaling,
     Rotation,
     ReturnLevel,
@@ -71,6 +72,7 @@ impl Group {
             Group::Distance => "distance mode",
             Group::ArcDistance => "arc distance mode",
             Group::Polar => "polar coordinates",
+            Group::Mirror => "mirror images",
             Group::Scaling => "scaling",
             Group::Rotation => "rotation",
             Group::ReturnLevel => "return level",
@@ -89,6 +91,7 @@ impl Group {
             | Group::Diameter
             | Group::ArcDistance
             | Group::Polar
+            | Group::Mirror
             | Group::Scaling
             | Group::Rotation => true,
             Group::Units
@@ -165,7 +168,7 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
     let words = match op {
         Some(Op::Line) => CORNER_LETTERS,
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => {
-            ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_R)
+            ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_C) | letter_bit(COMMA_R)
         }
         Some(Op::Spline(code)) => code.words(),
         Some(Op::Dwell | Op::Return | Op::Override(_) | Op::FurtherSystem) => letter_bit(b'P'),
@@ -243,7 +246,9 @@ pub static CODES: &[Code] = &[
     g(440, Group::LengthOffset, Op::LengthOffsetSubtracted, "tool length offset, subtracted"),
     g(490, Group::LengthOffset, Op::LengthOffsetOff, "tool length offset is off"),
     g(500, Group::Scaling, Op::ScalingOff, "scaling is off"),
+    g(501, Group::Mirror, Op::MirrorOff, "ends the mirror image of the axes that are named, or of all"),
     g(510, Group::Scaling, Op::Scaling, "scaling"),
+    g(511, Group::Mirror, Op::Mirror, "mirror image: each axis word is where that axis is mirrored"),
     g(520, Group::NonModal, Op::LocalOffset, "local coordinate system"),
     g(530, Group::NonModal, Op::MachineCoordinates, "this block's axis words are machine coordinates"),
     g(540, Group::CoordinateSystem, Op::WorkSystem(0), "work coordinate system 1, at the profile's work zero"),

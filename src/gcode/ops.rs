@@ -64,6 +64,8 @@ pub enum Op {
     ArcCenterIncremental,
     PolarOff,
     Polar,
+    Mirror,
+    MirrorOff,
     ScalingOff,
     Scaling,
     Rotation,

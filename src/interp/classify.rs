@@ -1,9 +1,9 @@
 //! Which codes a block holds, and whether they can stand together.
 
 use crate::gcode::codes::{
-    self, ARC_LETTERS, AXIS_LETTERS, CODES, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
+    self, ARC_LETTERS, AXIS_LETTERS, CODES, CORNER_LETTERS, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
 };
-use crate::gcode::{Block, COMMA_R, Fault, LATHE_CODES, Word, find_lathe, letter_bit, rules};
+use crate::gcode::{Block, COMMA_A, Fault, LATHE_CODES, Word, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
@@ -153,7 +153,7 @@ impl Executor<'_> {
         match mode {
             MotionMode::Line => used |= self.corner_letters(),
             MotionMode::Arc { .. } => {
-                used |= ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_R);
+                used |= ARC_LETTERS | letter_bit(b'P') | CORNER_LETTERS & !letter_bit(COMMA_A);
             }
             MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),

@@ -149,12 +149,16 @@ impl Executor<'_> {
         };
         let is_misplaced = |op: Op, group: Group| match op {
             Op::PlaneXy | Op::PlaneZx | Op::PlaneYz => plane_of(op) != Some(stage.plane),
-            Op::Dwell | Op::ExactStopOnce | Op::StoreReference(_) => false,
-            Op::Cycle(_) => true,
+            Op::Dwell | Op::ExactStopOnce | Op::StoreReference(_) | Op::LookAhead => false,
+            Op::Cycle(_) | Op::FurtherSystem => true,
             Op::WorkSystem(index) => usize::from(index) != self.frames.active(),
             Op::ScalingOff => self.frames.scaling().is_some(),
             Op::RotationOff => self.frames.rotation().is_some(),
-            _ => matches!(group, Group::NonModal | Group::Scaling | Group::Rotation | Group::Polar),
+            Op::MirrorOff => self.frames.is_mirrored(),
+            _ => matches!(
+                group,
+                Group::NonModal | Group::Mirror | Group::Scaling | Group::Rotation | Group::Polar
+            ),
         };
         let misplaced = self.codes.iter().find(|(code, op)| is_misplaced(*op, code.group));
         let (Some((code, _)), false) = (misplaced, asked.motion_before == MotionMode::Foreign)

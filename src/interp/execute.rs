@@ -22,7 +22,7 @@ use super::frames::Frames;
 use super::modes::{Coolant, LengthMode, Modes, Overrides, Saved};
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
-use super::polar::PolarStep;
+use super::polar::{PolarMode, PolarStep};
 use super::probe::Signals;
 use super::spline::SplineState;
 use super::tools::Tools;
@@ -68,6 +68,7 @@ pub(super) struct Executor<'a> {
     pub(super) centers_absolute: bool,
     /// G16
     pub(super) polar: bool,
+    pub(super) polar_mode: PolarMode,
     /// G7
     pub(super) diameters: bool,
     pub(super) corner: Corner,
@@ -197,6 +198,7 @@ impl<'a> Executor<'a> {
             absolute: true,
             centers_absolute: false,
             polar: false,
+            polar_mode: PolarMode::default(),
             diameters: is_lathe,
             corner: Corner::Exact,
             feed_mode: if is_lathe { FeedMode::PerTurn } else { FeedMode::PerMinute },
@@ -353,6 +355,8 @@ impl<'a> Executor<'a> {
             | Op::LengthOffsetOff
             | Op::WorkSystem(_)
             | Op::FurtherSystem
+            | Op::Mirror
+            | Op::MirrorOff
             | Op::ScalingOff
             | Op::Scaling
             | Op::Rotation
@@ -417,7 +421,7 @@ impl<'a> Executor<'a> {
             Op::ArcCenterIncremental => self.centers_absolute = false,
             Op::Diameter => self.diameters = true,
             Op::Radius => self.diameters = false,
-            Op::Polar => self.polar = true,
+            Op::Polar => (self.polar, self.polar_mode) = (true, PolarMode::default()),
             Op::PolarOff => self.polar = false,
             Op::ReturnToInitial => self.returns_to_r = false,
             Op::ReturnToR => self.returns_to_r = true,
@@ -485,6 +489,8 @@ impl<'a> Executor<'a> {
             }
             Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
             Op::FurtherSystem => self.choose_further(block, faults),
+            Op::Mirror => self.set_mirror(block, faults),
+            Op::MirrorOff => self.end_mirror(block, faults),
             Op::Scaling => self.set_scaling(block, faults),
             Op::ScalingOff => self.end_scaling(block, faults),
             Op::Rotation => self.set_rotation(block, faults),

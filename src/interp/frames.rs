@@ -1,7 +1,8 @@
 //! Frames: from program coordinates to the machine's, and back.
 //!
 //! ```text
-//! program ─scale (G51)▶─turn (G68)▶─shift (G92, G52)▶─turn (G10 L2 R)▶─origin (G54…)▶─tool (G43)▶ machine
+//! program ─scale (G51)▶─turn (G68)▶─mirror (G51.1)▶─shift (G92, G52)▶
+//!         ─turn (G10 L2 R)▶─origin (G54…)▶─tool (G43)▶ machine
 //! ```
 //!
 //! The machine position is what counts; a change of frame never moves the machine, it changes what
@@ -59,6 +60,8 @@ pub(super) struct Frames {
     tool_mm: Point,
     scaling: Option<Scaling>,
     rotation: Option<Rotation>,
+    /// Where axes are mirrored.
+    mirror_mm: AxisMap<Option<f64>>,
     /// The sum of all shifts, by which alone a plain frame differs from the machine's.
     offset_mm: Point,
     is_plain: bool,
@@ -81,6 +84,7 @@ impl Frames {
             tool_mm: Point::ZERO,
             scaling: None,
             rotation: None,
+            mirror_mm: AxisMap::default(),
             offset_mm: machine.work_zero_mm,
             is_plain: true,
         }
@@ -213,6 +217,17 @@ impl Frames {
         self.update();
     }
 
+    /// Whether an axis is mirrored.
+    pub fn is_mirrored(&self) -> bool {
+        self.mirror_mm.0.iter().any(Option::is_some)
+    }
+
+    /// Mirrors an axis at a place, or not.
+    pub fn set_mirror(&mut self, axis: Axis, at_mm: Option<f64>) {
+        self.mirror_mm[axis] = at_mm;
+        self.update();
+    }
+
     /// Scales, or not.
     pub fn set_scaling(&mut self, scaling: Option<Scaling>) {
         self.scaling = scaling;
@@ -230,7 +245,10 @@ impl Frames {
         self.offset_mm = AxisMap::from_fn(|axis| {
             self.origin_mm(system, axis) + self.shift_mm[axis] + self.tool_mm[axis]
         });
-        self.is_plain = self.scaling.is_none() && self.rotation.is_none() && system.turn_deg == 0.0;
+        self.is_plain = self.scaling.is_none()
+            && self.rotation.is_none()
+            && !self.is_mirrored()
+            && system.turn_deg == 0.0;
     }
 
     /// Where the origin of a system lies on an axis.
@@ -245,6 +263,7 @@ impl Frames {
         if let Some(rotation) = &self.rotation {
             turn(&mut point, rotation.plane, rotation.center_mm, rotation.angle_deg);
         }
+        point = self.mirrored(&point);
         point = AxisMap::from_fn(|axis| point[axis] + self.shift_mm[axis]);
         turn(&mut point, Plane::Xy, [0.0; 2], system.turn_deg);
         AxisMap::from_fn(|axis| point[axis] + self.origin_mm(system, axis) + self.tool_mm[axis])
@@ -252,7 +271,7 @@ impl Frames {
 
     /// What the program calls a point in machine coordinates.
     pub fn program(&self, machine: &Point) -> Point {
-        let mut point = self.unscaled(machine);
+        let mut point = self.mirrored(&self.unscaled(machine));
         if let Some(rotation) = &self.rotation {
             turn(&mut point, rotation.plane, rotation.center_mm, -rotation.angle_deg);
         }
@@ -265,7 +284,14 @@ impl Frames {
         point
     }
 
-    /// A point in machine coordinates before scaling and rotation.
+    /// The mirror image of a point, and that of its image the point itself.
+    fn mirrored(&self, point: &Point) -> Point {
+        AxisMap::from_fn(|axis| {
+            self.mirror_mm[axis].map_or(point[axis], |at_mm| 2.0 * at_mm - point[axis])
+        })
+    }
+
+    /// A point in machine coordinates before scaling, rotation and mirror images.
     fn unscaled(&self, machine: &Point) -> Point {
         let shift_mm = self.shift_mm;
         let point = self.unshifted_by(&self.current, machine);
@@ -317,9 +343,10 @@ impl Frames {
         {
             return None;
         }
-        let Some(scaling) = &self.scaling else { return Some(false) };
+        let is_image = self.mirror_mm[first].is_some() != self.mirror_mm[second].is_some();
+        let Some(scaling) = &self.scaling else { return Some(is_image) };
         let [a, b] = [scaling.factors[first], scaling.factors[second]];
-        (a.abs() == b.abs()).then_some((a < 0.0) != (b < 0.0))
+        (a.abs() == b.abs()).then_some(((a < 0.0) != (b < 0.0)) != is_image)
     }
 }
 
@@ -382,6 +409,7 @@ mod tests {
             }
             frames.set_scaling(Some(scaling));
             let center_mm = [at[1], at[2]];
+            frames.set_mirror(Axis::Y, Some(at[0]));
             frames.set_rotation(Some(Rotation {
                 plane: Plane::Yz, center_mm, angle_deg: angles[1],
             }));

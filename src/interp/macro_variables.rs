@@ -180,6 +180,7 @@ impl Executor<'_> {
             14 => self.system_code() / 10.0,
             16 => of(self.frames.rotation().is_some(), 68.0, 69.0),
             17 => of(self.polar, 16.0, 15.0),
+            22 => of(self.frames.is_mirrored(), 51.1, 50.1),
             109 => self.feed_in_program(),
             119 => self.spindle_rpm.unwrap_or_default(),
             130 => self.further_system(),

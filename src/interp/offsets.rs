@@ -39,12 +39,14 @@ impl Executor<'_> {
             "scaling (G51) is"
         } else if self.frames.rotation().is_some() {
             "a rotation (G68) is"
+        } else if self.frames.is_mirrored() {
+            "a mirror image (G51.1) is"
         } else {
             return true;
         };
         let message = format!("{name} stands where {by} in force");
         let fault = Fault::block(&rules::TRANSFORMED, block, message);
-        faults.push(fault.help("end it before, by G15, G50 or G69"));
+        faults.push(fault.help("end it before, by G15, G50, G69 or G50.1"));
         false
     }
 
@@ -337,6 +339,25 @@ impl Executor<'_> {
         self.frames.set_scaling(Some(Scaling { center_mm, factors }));
     }
 
+    /// G51.1: axis words are where these axes are mirrored.
+    pub(super) fn set_mirror(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let from = self.frames.program(&self.position_mm);
+        for (axis, value) in self.axis_values("G51.1", block, faults) {
+            let at_mm = if self.absolute { value } else { from[axis] + value };
+            self.frames.set_mirror(axis, Some(at_mm));
+        }
+    }
+
+    /// G50.1: the axes that it names are mirrored no longer; without any all.
+    pub(super) fn end_mirror(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let named: Vec<Axis> =
+            self.axis_values_of(block, faults).into_iter().map(|(axis, _)| axis).collect();
+        let axes = if named.is_empty() { Axis::ALL.to_vec() } else { named };
+        for axis in axes {
+            self.frames.set_mirror(axis, None);
+        }
+    }
+
     /// G50, which of a lathe means something else.
     pub(super) fn end_scaling(&mut self, block: &Block, faults: &mut Vec<Fault>) {
         if let Some(word) = block.first_of(AXIS_LETTERS).or(block.word(b'S')) {
@@ -446,6 +467,8 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::Lathe(_)
             | Op::Stock(_)
             | Op::LengthOffsetByWords
+            | Op::Mirror
+            | Op::MirrorOff
             | Op::Scaling
             | Op::Rotation
     )
