@@ -96,6 +96,11 @@ pub enum Op {
     Return,
     Call,
     MacroCall,
+    /// G66
+    ModalMacro,
+    ModalMacroOff,
+    /// M97
+    CallBlocks,
 }
 
 /// M functions that only say something to the machine.

@@ -376,7 +376,10 @@ impl<'a> Executor<'a> {
             Op::NurbsEnd => self.end_nurbs(block, asked, out),
             Op::Stop | Op::OptionalStop | Op::PalletStop => return stop(op, out),
             Op::End | Op::EndAndRewind => return stop(op, out),
-            Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
+            Op::Return | Op::Call | Op::CallBlocks | Op::MacroCall | Op::ModalMacro => {
+                return leads_to(op, block, out.faults);
+            }
+            Op::ModalMacroOff => return Flow::ModalMacroEnd,
         }
         Flow::Next
     }

@@ -27,6 +27,7 @@ mod hashed;
 mod inputs;
 mod lenient;
 mod macro_variables;
+mod macros;
 mod modes;
 mod motion;
 mod motions;

@@ -150,12 +150,16 @@ pub(super) fn call_flow(block: &Block, call: &Call, faults: &mut Vec<Fault>) -> 
     repeated_call(&number, block, faults)
 }
 
-/// Where M98, M99 or G65 leads.
+/// Where M97 to M99, G65 or G66 leads.
 pub(super) fn leads_to(op: Op, block: &Block, faults: &mut Vec<Fault>) -> Flow {
     match op {
         Op::Return => {
             Flow::Return(block.word(b'P').and_then(|word| whole(word, 999_999_999, faults)))
         }
+        Op::CallBlocks => match subprogram_flow(block, faults) {
+            Flow::Call { number, repeats } => Flow::CallBlocks { number, repeats },
+            flow => flow,
+        },
         _ => subprogram_flow(block, faults),
     }
 }
