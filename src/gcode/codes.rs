@@ -6,8 +6,8 @@
 use super::block::{COMMA_A, COMMA_C, COMMA_R, letter_bit, letter_name, letter_set};
 
 pub use super::ops::{
-    Cycle, Follow, Function, Groove, Hole, HoleKind, LatheCode, Modes, Op, Pockets, Single,
-    SplineCode, Stock, Turn,
+    Cycle, Follow, Function, Groove, Hole, HoleKind, LatheCode, Length, Macro, Modes, Op, Pockets,
+    Single, SplineCode, Stock, Turn,
 };
 
 /// The modal groups, in the order in which the codes of one block are executed: that of
@@ -177,7 +177,9 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         // L, where a lathe tool's tip points to, changes nothing on its path.
         Some(Op::Compensate { by_diameter: true, .. }) => letter_set("DL"),
         Some(Op::SetOffsets) => letter_set("IJLPQR"),
-        Some(Op::LengthOffset | Op::LengthOffsetSubtracted | Op::LengthOffsetMore) => letter_bit(b'H'),
+        Some(Op::LengthOffset(Length::Table | Length::Subtracted | Length::More)) => {
+            letter_bit(b'H')
+        }
         Some(Op::LookAhead) => letter_set("EPQR"),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
@@ -185,7 +187,7 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
         Some(Op::Follow(follow)) => follow.words(),
         Some(Op::Turn(_)) => letter_set("DEIPQR"),
         Some(Op::WaitInput) => letter_set("ELPQ"),
-        Some(Op::Call | Op::CallBlocks) => letter_set("PL"),
+        Some(Op::Call { .. }) => letter_set("PL"),
         Some(Op::Function(function)) => function.words(),
         Some(_) | None => 0,
     };
@@ -240,15 +242,15 @@ pub static CODES: &[Code] = &[
     g(411, Group::Compensation, Op::Compensate { left: true, by_diameter: true }, "dynamic cutter compensation, left of the path"),
     g(420, Group::Compensation, Op::Compensate { left: false, by_diameter: false }, "cutter compensation, right of the path"),
     g(421, Group::Compensation, Op::Compensate { left: false, by_diameter: true }, "dynamic cutter compensation, right of the path"),
-    g(430, Group::LengthOffset, Op::LengthOffset, "tool length offset"),
-    g(431, Group::LengthOffset, Op::LengthOffsetByWords, "dynamic tool length offset"),
-    g(432, Group::LengthOffset, Op::LengthOffsetMore, "additional tool length offset"),
-    g(440, Group::LengthOffset, Op::LengthOffsetSubtracted, "tool length offset, subtracted"),
-    g(490, Group::LengthOffset, Op::LengthOffsetOff, "tool length offset is off"),
+    g(430, Group::LengthOffset, Op::LengthOffset(Length::Table), "tool length offset"),
+    g(431, Group::LengthOffset, Op::LengthOffset(Length::Words), "dynamic tool length offset"),
+    g(432, Group::LengthOffset, Op::LengthOffset(Length::More), "additional tool length offset"),
+    g(440, Group::LengthOffset, Op::LengthOffset(Length::Subtracted), "tool length offset, subtracted"),
+    g(490, Group::LengthOffset, Op::LengthOffset(Length::Off), "tool length offset is off"),
     g(500, Group::Scaling, Op::ScalingOff, "scaling is off"),
-    g(501, Group::Mirror, Op::MirrorOff, "ends the mirror image of the axes that are named, or of all"),
+    g(501, Group::Mirror, Op::Mirror { on: false }, "ends the mirror image of the axes that are named, or of all"),
     g(510, Group::Scaling, Op::Scaling, "scaling"),
-    g(511, Group::Mirror, Op::Mirror, "mirror image: each axis word is where that axis is mirrored"),
+    g(511, Group::Mirror, Op::Mirror { on: true }, "mirror image: each axis word is where that axis is mirrored"),
     g(520, Group::NonModal, Op::LocalOffset, "local coordinate system"),
     g(530, Group::NonModal, Op::MachineCoordinates, "this block's axis words are machine coordinates"),
     g(540, Group::CoordinateSystem, Op::WorkSystem(0), "work coordinate system 1, at the profile's work zero"),
@@ -264,9 +266,9 @@ pub static CODES: &[Code] = &[
     g(610, Group::PathControl, Op::ExactPath, "keeps to the programmed path exactly"),
     g(611, Group::PathControl, Op::ExactStop, "exact stop at the end of every block"),
     g(640, Group::PathControl, Op::Blend, "blends corners within a tolerance"),
-    g(650, Group::NonModal, Op::MacroCall, "calls the subprogram P with arguments"),
-    g(660, Group::NonModal, Op::ModalMacro, "calls the subprogram P with arguments after every move, up to G67"),
-    g(670, Group::Stop, Op::ModalMacroOff, "ends the calls of G66"),
+    g(650, Group::NonModal, Op::Macro(Macro::Call), "calls the subprogram P with arguments"),
+    g(660, Group::NonModal, Op::Macro(Macro::Modal), "calls the subprogram P with arguments after every move, up to G67"),
+    g(670, Group::Stop, Op::Macro(Macro::ModalOff), "ends the calls of G66"),
     g(680, Group::Rotation, Op::Rotation, "rotates coordinates"),
     g(690, Group::Rotation, Op::RotationOff, "ends the rotation of coordinates"),
     g(700, Group::Motion, Op::Turn(Turn::Finish), "turns along the contour of the subprogram Q"),
@@ -339,8 +341,8 @@ pub static CODES: &[Code] = &[
     m(71, Group::ModalState, Op::Modes(Modes::Forget), "forgets the modes saved"),
     m(72, Group::ModalState, Op::Modes(Modes::Restore), "restores the modes saved"),
     m(73, Group::ModalState, Op::Modes(Modes::SaveForCall), "saves the modes in force until the subprogram ends"),
-    m(97, Group::Stop, Op::CallBlocks, "calls the blocks of this program from N P on, up to M99, L times (Haas)"),
-    m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
+    m(97, Group::Stop, Op::Call { by_block: true }, "calls the blocks of this program from N P on, up to M99, L times (Haas)"),
+    m(98, Group::Stop, Op::Call { by_block: false }, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
     m(100, Group::UserFunction, Op::Function(Function::User), "user's functions, with P and Q"),
 ];

@@ -89,7 +89,8 @@ impl<'a> Parsing<'a> {
             b'/' if self.is_at_beginning() && !self.block.delete => {
                 self.block.delete = true;
                 // FANUC has nine such switches: here they are one.
-                let is_switch = matches!(self.rest, [_, b'1'..=b'9', next, ..] if !next.is_ascii_digit());
+                let is_switch =
+                    matches!(self.rest, [_, b'1'..=b'9', next, ..] if !next.is_ascii_digit());
                 self.step(if is_switch { 2 } else { 1 });
                 Some(())
             }

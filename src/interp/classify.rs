@@ -1,7 +1,8 @@
 //! Which codes a block holds, and whether they can stand together.
 
 use crate::gcode::codes::{
-    self, ARC_LETTERS, AXIS_LETTERS, CODES, CORNER_LETTERS, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
+    self, ARC_LETTERS, AXIS_LETTERS, CODES, CORNER_LETTERS, Code, FREE_LETTERS, Group, Length, Op,
+    POLAR_LETTERS,
 };
 use crate::gcode::{Block, COMMA_A, Fault, LATHE_CODES, Word, find_lathe, letter_bit, rules};
 
@@ -123,7 +124,7 @@ impl Executor<'_> {
             let has_code = is_zero && self.codes.iter().any(|(_, other)| *other == op);
             if has_code { letter_bit(letter) } else { 0 }
         };
-        letter((Op::LengthOffsetOff, b'H')) | letter((Op::CompensationOff, b'D'))
+        letter((Op::LengthOffset(Length::Off), b'H')) | letter((Op::CompensationOff, b'D'))
     }
 
     /// Reports words of the block that nothing makes use of.

@@ -154,7 +154,7 @@ impl Executor<'_> {
             Op::WorkSystem(index) => usize::from(index) != self.frames.active(),
             Op::ScalingOff => self.frames.scaling().is_some(),
             Op::RotationOff => self.frames.rotation().is_some(),
-            Op::MirrorOff => self.frames.is_mirrored(),
+            Op::Mirror { on: false } => self.frames.is_mirrored(),
             _ => matches!(
                 group,
                 Group::NonModal | Group::Mirror | Group::Scaling | Group::Rotation | Group::Polar

@@ -107,7 +107,7 @@ impl Executor<'_> {
         &mut self,
         cycle: Cycle,
         block: &Block,
-        asked: Asked,
+        mut asked: Asked,
         out: &mut Output<'_>,
     ) {
         let faults_before = out.faults.len();
@@ -157,11 +157,10 @@ impl Executor<'_> {
             drill.rapid(&at);
         }
         let by_mm = axes.map(|axis| target[axis] - at[axis]);
-        let mut polar_step = asked.polar_step;
         for pass in 0..repeats {
             for (axis, by_mm) in axes.into_iter().zip(by_mm) {
                 // Absolute words name one place, however often.
-                match &mut polar_step {
+                match &mut asked.polar_step {
                     _ if pass == 0 => at[axis] = target[axis],
                     Some(step) if axis == axes[0] => step.apply(&mut at),
                     None if !drill.executor.absolute => at[axis] += by_mm,

@@ -27,7 +27,7 @@ use super::probe::Signals;
 use super::spline::SplineState;
 use super::tools::Tools;
 use super::turning::Lathe;
-use super::words::{call_flow, leads_to};
+use super::words::{call_flow, has_point, leads_to};
 use super::{Dialect, Options};
 
 /// The motion code in force.
@@ -348,19 +348,14 @@ impl<'a> Executor<'a> {
             | Op::ResetPosition
             | Op::SuspendPosition
             | Op::RestorePosition
-            | Op::LengthOffset
-            | Op::LengthOffsetSubtracted
-            | Op::LengthOffsetByWords
-            | Op::LengthOffsetMore
-            | Op::LengthOffsetOff
+            | Op::LengthOffset(_)
             | Op::WorkSystem(_)
             | Op::FurtherSystem
-            | Op::Mirror
-            | Op::MirrorOff
+            | Op::Mirror { .. }
             | Op::ScalingOff
             | Op::Scaling
             | Op::Rotation
-            | Op::RotationOff => self.set_frames(op, block, out.faults),
+            | Op::RotationOff => self.set_frames(op, block, out),
             Op::GoToReference(_) | Op::StoreReference(_) => self.reference(op, block, *asked, out),
             Op::Lathe(code) => self.run_lathe(code, block, asked, out),
             Op::Rapid
@@ -374,12 +369,10 @@ impl<'a> Executor<'a> {
             | Op::Single(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::NurbsEnd => self.end_nurbs(block, asked, out),
-            Op::Stop | Op::OptionalStop | Op::PalletStop => return stop(op, out),
-            Op::End | Op::EndAndRewind => return stop(op, out),
-            Op::Return | Op::Call | Op::CallBlocks | Op::MacroCall | Op::ModalMacro => {
-                return leads_to(op, block, out.faults);
+            Op::Stop | Op::OptionalStop | Op::PalletStop | Op::End | Op::EndAndRewind => {
+                return stop(op, out);
             }
-            Op::ModalMacroOff => return Flow::ModalMacroEnd,
+            Op::Return | Op::Call { .. } | Op::Macro(_) => return leads_to(op, block, out.faults),
         }
         Flow::Next
     }
@@ -474,7 +467,8 @@ impl<'a> Executor<'a> {
     }
 
     /// The codes that say where coordinates lie.
-    fn set_frames(&mut self, op: Op, block: &Block, faults: &mut Vec<Fault>) {
+    fn set_frames(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
+        let faults = &mut *out.faults;
         match op {
             Op::SetOffsets => self.set_offsets(block, faults),
             Op::LocalOffset => self.set_local_offset(block, faults),
@@ -482,19 +476,12 @@ impl<'a> Executor<'a> {
             Op::ResetPosition => self.frames.reset_shift(),
             Op::SuspendPosition => self.frames.suspend_shift(),
             Op::RestorePosition => self.frames.restore_shift(),
-            Op::LengthOffset => self.set_length(LengthMode::Table, block, faults),
-            Op::LengthOffsetSubtracted => self.set_length(LengthMode::Subtracted, block, faults),
-            Op::LengthOffsetMore => self.add_length(block, faults),
-            Op::LengthOffsetByWords => self.set_length_by_words(block, faults),
-            Op::LengthOffsetOff => {
-                self.length_mode = LengthMode::Off;
-                self.frames.set_tool(Point::ZERO);
-            }
+            Op::LengthOffset(length) => self.change_length(length, block, faults),
             Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
             Op::FurtherSystem => self.choose_further(block, faults),
-            Op::Mirror => self.set_mirror(block, faults),
-            Op::MirrorOff => self.end_mirror(block, faults),
-            Op::Scaling => self.set_scaling(block, faults),
+            Op::Mirror { on: true } => self.set_mirror(block, faults),
+            Op::Mirror { on: false } => self.end_mirror(block, faults),
+            Op::Scaling => self.set_scaling(block, out),
             Op::ScalingOff => self.end_scaling(block, faults),
             Op::Rotation => self.set_rotation(block, faults),
             _ => self.frames.set_rotation(None),
@@ -515,9 +502,7 @@ impl<'a> Executor<'a> {
 
     /// The time that a word means: FANUC counts milliseconds in P, unless it has a point.
     pub(super) fn seconds(&self, word: &Word, text: &[u8]) -> f64 {
-        let span = text.get(word.start as usize..word.end as usize);
-        let has_point = span.is_some_and(|text| text.contains(&b'.'));
-        let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
+        let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point(word, text);
         word.value / if is_ms { 1000.0 } else { 1.0 }
     }
 

@@ -576,6 +576,17 @@ impl Run<'_> {
         } else {
             format!("it holds {}", labels[..labels.len().min(10)].join(", "))
         };
+        // P51000: O1000 five times.
+        if let Label::Number(number) = label
+            && *number > 9999
+            && !self.dialect.is_fanuc()
+            && labels.contains(&format!("O{}", number % 10_000))
+        {
+            let (number, repeats) = (number % 10_000, number / 10_000);
+            return fault.help(format!(
+                "O{number} {repeats} times is P{number} L{repeats}, or --dialect fanuc"
+            ));
+        }
         match self.library.inputs.looked_for(label) {
             Some(looked_for) => fault.help(format!("{help}; {looked_for}")),
             None => fault.help(help),

@@ -310,8 +310,9 @@ impl Frames {
     }
 
     fn unshifted_by(&self, system: &System, machine: &Point) -> Point {
-        let mut point =
-            AxisMap::from_fn(|axis| machine[axis] - self.origin_mm(system, axis) - self.tool_mm[axis]);
+        let mut point = AxisMap::from_fn(|axis| {
+            machine[axis] - self.origin_mm(system, axis) - self.tool_mm[axis]
+        });
         turn(&mut point, Plane::Xy, [0.0; 2], -system.turn_deg);
         point
     }

@@ -85,8 +85,7 @@ impl Run<'_> {
             }
             Some(start) if self.counts_calls(repeats) => {
                 self.engine.executor.enter_call();
-                let kind =
-                    FrameKind::Call { has_scope: false, repeats_left: repeats - 1, start };
+                let kind = FrameKind::Call { has_scope: false, repeats_left: repeats - 1, start };
                 self.frames.push(Frame { body, next: start, kind, repeats: Vec::new() });
                 let file = place.file.map(str::to_owned);
                 Rc::make_mut(&mut self.calls).push(CallSite { line: place.line, file });

@@ -2,7 +2,7 @@
 //! machine has its references. Work coordinate systems are in [`super::systems`].
 
 use crate::base::{Axis, AxisMap, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Code, Op};
+use crate::gcode::codes::{AXIS_LETTERS, Code, Length, Op};
 use crate::gcode::{Block, Fault, Word, letter_bit, letter_set, rules};
 
 use super::Dialect;
@@ -10,7 +10,7 @@ use super::execute::{Asked, Executor, Output};
 use super::frames::{Rotation, Scaling};
 use super::modes::LengthMode;
 use super::motion::MoveKind;
-use super::words::whole;
+use super::words::{has_point, whole};
 
 /// The system of G10 L11, counted from 0: G59.3.
 const FIXTURE: usize = 8;
@@ -32,7 +32,12 @@ impl Executor<'_> {
     }
 
     /// Whether offsets mean something by themselves; reports where they do not.
-    pub(super) fn is_untransformed(&self, name: &str, block: &Block, faults: &mut Vec<Fault>) -> bool {
+    pub(super) fn is_untransformed(
+        &self,
+        name: &str,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> bool {
         let by = if self.polar {
             "polar coordinates (G16) are"
         } else if self.frames.scaling().is_some() {
@@ -191,18 +196,28 @@ impl Executor<'_> {
         }
     }
 
+    /// G43 to G49
+    pub(super) fn change_length(&mut self, length: Length, block: &Block, faults: &mut Vec<Fault>) {
+        match length {
+            Length::Table => self.set_length(LengthMode::Table, block, faults),
+            Length::Subtracted => self.set_length(LengthMode::Subtracted, block, faults),
+            Length::Words => self.set_length_by_words(block, faults),
+            Length::More => self.add_length(block, faults),
+            Length::Off => {
+                self.length_mode = LengthMode::Off;
+                self.frames.set_tool(Point::ZERO);
+            }
+        }
+    }
+
     /// G43 and G44: the offset of a tool of the table; without H of the one in the spindle.
-    pub(super) fn set_length(
-        &mut self,
-        mode: LengthMode,
-        block: &Block,
-        faults: &mut Vec<Fault>,
-    ) {
+    fn set_length(&mut self, mode: LengthMode, block: &Block, faults: &mut Vec<Fault>) {
         let number = match block.word(b'H') {
             Some(word) => whole(word, 99_999, faults),
             None => Some(self.loaded.unwrap_or(0)),
         };
-        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults)) else {
+        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults))
+        else {
             return;
         };
         self.length_mode = mode;
@@ -210,14 +225,15 @@ impl Executor<'_> {
     }
 
     /// G43.2
-    pub(super) fn add_length(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+    fn add_length(&mut self, block: &Block, faults: &mut Vec<Fault>) {
         let Some(word) = block.word(b'H') else {
             let message = "G43.2 has no H, the tool whose offset is added";
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
             return;
         };
         let number = whole(word, 99_999, faults);
-        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults)) else {
+        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults))
+        else {
             return;
         };
         self.length_mode = LengthMode::Table;
@@ -226,12 +242,7 @@ impl Executor<'_> {
     }
 
     /// The offsets of a tool of the table; of tool 0 none.
-    fn length_of(
-        &mut self,
-        number: u32,
-        block: &Block,
-        faults: &mut Vec<Fault>,
-    ) -> Option<Point> {
+    fn length_of(&mut self, number: u32, block: &Block, faults: &mut Vec<Fault>) -> Option<Point> {
         match self.tools.get(number) {
             Some(tool) => Some(tool.offset_mm),
             None if number == 0 => Some(Point::ZERO),
@@ -302,7 +313,7 @@ impl Executor<'_> {
     }
 
     /// G43.1: the offset is that of the axis words.
-    pub(super) fn set_length_by_words(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+    fn set_length_by_words(&mut self, block: &Block, faults: &mut Vec<Fault>) {
         let mut offset_mm = self.frames.tool_mm();
         for (axis, value) in self.axis_values("G43.1", block, faults) {
             offset_mm[axis] = value;
@@ -312,7 +323,9 @@ impl Executor<'_> {
     }
 
     /// G51: axis words are the centre, P or I J K the factors.
-    pub(super) fn set_scaling(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+    /// On FANUC factors without a point are thousandths.
+    pub(super) fn set_scaling(&mut self, block: &Block, out: &mut Output<'_>) {
+        let faults = &mut *out.faults;
         let mut center_mm = self.frames.program(&self.position_mm);
         for word in block.words() {
             if let Some((axis, value)) = self.axis_word(word, faults) {
@@ -329,7 +342,9 @@ impl Executor<'_> {
                 faults.push(Fault::word(&rules::BAD_VALUE, word, "a scale of 0 leaves nothing"));
                 return;
             }
-            factors[axis] = word.value;
+            let has_point = has_point(word, out.text) || word.value.fract() != 0.0;
+            let is_small = self.dialect == Dialect::Fanuc && !has_point;
+            factors[axis] = word.value / if is_small { 1000.0 } else { 1.0 };
         }
         if !any {
             let message = "G51 has neither P nor I J K, the factors";
@@ -363,7 +378,10 @@ impl Executor<'_> {
         if let Some(word) = block.first_of(AXIS_LETTERS).or(block.word(b'S')) {
             let message = format!("{word} beside G50: its meaning on lathes is not supported");
             let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-            faults.push(fault.help("G92 sets the position, D beside G96 the greatest speed"));
+            faults.push(fault.help(
+                "take --dialect fanuc-lathe for a program of a lathe; else G92 sets the position, D \
+                 beside G96 the greatest speed",
+            ));
             self.is_shifted = true;
             return;
         }
@@ -466,9 +484,8 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::GoToReference(_)
             | Op::Lathe(_)
             | Op::Stock(_)
-            | Op::LengthOffsetByWords
-            | Op::Mirror
-            | Op::MirrorOff
+            | Op::LengthOffset(Length::Words)
+            | Op::Mirror { .. }
             | Op::Scaling
             | Op::Rotation
     )

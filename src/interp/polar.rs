@@ -98,7 +98,8 @@ impl Executor<'_> {
             let by = (by_radius.unwrap_or_default(), by_angle.unwrap_or_default());
             let radius_mm = by.0 * self.mm_per_unit;
             let axes = [Axis::X, Axis::Y];
-            asked.polar_step = Some(PolarStep { axes, radius_mm, angle_deg: by.1, walks_deg: None });
+            asked.polar_step =
+                Some(PolarStep { axes, radius_mm, angle_deg: by.1, walks_deg: None });
             let to = from_polar(radius + by.0, angle + by.1);
             [to[0] - from[0], to[1] - from[1]]
         };
@@ -153,9 +154,7 @@ impl Executor<'_> {
         let angle_deg = words[1].map_or(0.0, |word| word.value);
         match words {
             [None, None] => None,
-            [None, Some(_)] => {
-                Some(PolarStep { axes, radius_mm: 0.0, angle_deg, walks_deg: None })
-            }
+            [None, Some(_)] => Some(PolarStep { axes, radius_mm: 0.0, angle_deg, walks_deg: None }),
             [Some(radius), _] => {
                 let radius_mm = radius.value * self.mm_per_unit;
                 let walks_deg = Some(self.polar_mode.angle_deg + angle_deg);

@@ -45,7 +45,8 @@ impl Executor<'_> {
         let Some(word) = block.word(b'P') else { return false };
         let p = letter_bit(b'P');
         let is_system = |op: Op| matches!(op, Op::WorkSystem(_) | Op::FurtherSystem);
-        let mut others = self.codes.iter().filter(|(code, op)| !is_system(*op) && code.words & p != 0);
+        let mut others =
+            self.codes.iter().filter(|(code, op)| !is_system(*op) && code.words & p != 0);
         let holds = matches!(self.motion, MotionMode::Cycle(cycle) if cycle.words() & p != 0);
         let cycle = self.motion.code().filter(|_| holds && block.letters() & AXIS_LETTERS != 0);
         let user = others.next().map(|(code, _)| *code).or(cycle).map(Code::name);
@@ -99,12 +100,7 @@ impl Executor<'_> {
     }
 
     /// G10 L2: where a system lies.
-    pub(super) fn place_system(
-        &mut self,
-        number: &Word,
-        block: &Block,
-        faults: &mut Vec<Fault>,
-    ) {
+    pub(super) fn place_system(&mut self, number: &Word, block: &Block, faults: &mut Vec<Fault>) {
         let Some(index) = whole(number, SYSTEMS as u32, faults) else { return };
         match (index as usize).checked_sub(1) {
             None if self.dialect.is_fanuc() => self.shift_all(block, faults),
@@ -113,14 +109,10 @@ impl Executor<'_> {
     }
 
     /// G10 L20: what a system calls the present position.
-    pub(super) fn name_position(
-        &mut self,
-        number: &Word,
-        block: &Block,
-        faults: &mut Vec<Fault>,
-    ) {
+    pub(super) fn name_position(&mut self, number: &Word, block: &Block, faults: &mut Vec<Fault>) {
         if number.value > SYSTEMS as f64 {
-            let message = format!("{number}: G10 L20 names the position in G54 to G59.3 (P1 to P9)");
+            let message =
+                format!("{number}: G10 L20 names the position in G54 to G59.3 (P1 to P9)");
             let fault = Fault::word(&rules::BAD_VALUE, number, message);
             faults.push(fault.help("--dialect fanuc places G54.1 by it, as FANUC and Haas do"));
             return;
@@ -131,12 +123,7 @@ impl Executor<'_> {
     }
 
     /// G10 L20 of the dialects fanuc: where a further system lies.
-    pub(super) fn place_further(
-        &mut self,
-        number: &Word,
-        block: &Block,
-        faults: &mut Vec<Fault>,
-    ) {
+    pub(super) fn place_further(&mut self, number: &Word, block: &Block, faults: &mut Vec<Fault>) {
         if let Some(index) = further(number, faults) {
             self.put(index, false, block, faults);
         }
@@ -154,13 +141,7 @@ impl Executor<'_> {
     }
 
     /// Sets a system, where it lies or by what it calls the present position.
-    fn put(
-        &mut self,
-        index: usize,
-        by_position: bool,
-        block: &Block,
-        faults: &mut Vec<Fault>,
-    ) {
+    fn put(&mut self, index: usize, by_position: bool, block: &Block, faults: &mut Vec<Fault>) {
         if !self.is_untransformed("G10", block, faults) {
             return;
         }
