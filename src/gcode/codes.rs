@@ -171,7 +171,9 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
             ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_C) | letter_bit(COMMA_R)
         }
         Some(Op::Spline(code)) => code.words(),
-        Some(Op::Dwell | Op::Return | Op::Override(_) | Op::FurtherSystem) => letter_bit(b'P'),
+        Some(
+            Op::Dwell | Op::Return | Op::Override(_) | Op::FurtherSystem | Op::GoToReference(1),
+        ) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { by_diameter: false, .. }) => letter_bit(b'D'),
         // L, where a lathe tool's tip points to, changes nothing on its path.

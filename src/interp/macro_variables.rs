@@ -13,14 +13,15 @@ use super::frames::SYSTEMS;
 use super::modes::LengthMode;
 use super::parameters::{NoValue, refuse};
 use super::system::read_only;
+use super::tools::Measure;
 
 type Value = Result<f64, NoValue>;
 
 /// What a system variable is.
 enum Variable {
-    /// Length of a tool, the tool table's Z.
-    ToolLength(u32),
-    ToolRadius(u32),
+    /// A tool's length, the tool table's Z, or its radius; or the wear of these.
+    Tool(u32, Measure),
+    Wear(u32, Measure),
     /// The shift of all work coordinate systems.
     External(Axis),
     /// Where a work coordinate system lies, counted from 0: G54 to G59, and those of G54.1.
@@ -41,11 +42,14 @@ fn variable(number: u32) -> Option<Variable> {
     let axis = |first: u32| Axis::ALL.get((number - first) as usize).copied();
     Some(match number {
         0..=999 => return None,
-        2001..=2200 => Variable::ToolLength(number - 2000),
-        2201..=2400 => Variable::ToolLength(number - 2200),
-        2601..=2800 => Variable::ToolRadius(number - 2600),
-        11_001..=11_999 => Variable::ToolLength(number - 11_000),
-        13_001..=13_999 => Variable::ToolRadius(number - 13_000),
+        2001..=2200 => Variable::Tool(number - 2000, Measure::Length),
+        2201..=2400 => Variable::Tool(number - 2200, Measure::Length),
+        2401..=2600 => Variable::Wear(number - 2400, Measure::Radius),
+        2601..=2800 => Variable::Tool(number - 2600, Measure::Radius),
+        10_001..=10_999 => Variable::Wear(number - 10_000, Measure::Length),
+        11_001..=11_999 => Variable::Tool(number - 11_000, Measure::Length),
+        12_001..=12_999 => Variable::Wear(number - 12_000, Measure::Radius),
+        13_001..=13_999 => Variable::Tool(number - 13_000, Measure::Radius),
         // Alarm and stop.
         3000 | 3006 => return None,
         3001 | 3002 | 3011 | 3012 => Variable::Clock,
@@ -74,16 +78,20 @@ fn origin(number: u32, first: usize) -> Variable {
 }
 
 impl Executor<'_> {
+    /// What a number is; on lathes those of tools are of X, Z and the nose by turns, and not supported.
+    fn variable(&self, number: u32) -> Option<Variable> {
+        match variable(number)? {
+            Variable::Tool(..) | Variable::Wear(..) if self.is_lathe() => Some(Variable::Unknown),
+            known => Some(known),
+        }
+    }
+
     /// A system variable; none for those of the program itself.
     pub(super) fn macro_variable(&self, number: u32) -> Option<Value> {
         let scaled = |axis: Axis, value: f64| Ok(self.in_program_units(axis, value));
-        Some(match variable(number)? {
-            Variable::ToolLength(tool) => {
-                scaled(Axis::Z, self.tools.get(tool).map_or(0.0, |tool| tool.offset_mm[Axis::Z]))
-            }
-            Variable::ToolRadius(tool) => {
-                scaled(Axis::Z, self.tools.get(tool).map_or(0.0, |tool| tool.diameter_mm / 2.0))
-            }
+        Some(match self.variable(number)? {
+            Variable::Tool(tool, measure) => scaled(Axis::Z, self.tools.measure_mm(tool, measure)),
+            Variable::Wear(tool, measure) => scaled(Axis::Z, self.tools.wear_mm(tool, measure)),
             Variable::Origin(index, axis) => {
                 scaled(axis, self.frames.system(index).map_or(0.0, |system| system.origin_mm[axis]))
             }
@@ -109,9 +117,9 @@ impl Executor<'_> {
         value: f64,
     ) -> Option<Result<(), NoValue>> {
         let mm = value * self.mm_per_unit;
-        match variable(number)? {
-            Variable::ToolLength(tool) => self.tools.entry(tool).offset_mm[Axis::Z] = mm,
-            Variable::ToolRadius(tool) => self.tools.entry(tool).diameter_mm = 2.0 * mm,
+        match self.variable(number)? {
+            Variable::Tool(tool, measure) => self.tools.set_measure(tool, measure, false, mm),
+            Variable::Wear(tool, measure) => self.tools.set_measure(tool, measure, true, mm),
             Variable::Origin(index, axis) => {
                 if let Some(mut system) = self.frames.system(index).copied() {
                     system.origin_mm[axis] = if axis.is_rotary() { value } else { mm };

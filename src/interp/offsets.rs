@@ -10,6 +10,7 @@ use super::execute::{Asked, Executor, Output};
 use super::frames::{Rotation, Scaling};
 use super::modes::LengthMode;
 use super::motion::MoveKind;
+use super::tools::Measure;
 use super::words::{has_point, whole};
 
 /// The system of G10 L11, counted from 0: G59.3.
@@ -92,6 +93,16 @@ impl Executor<'_> {
         }
         match kind {
             Some((_, 1.0)) => self.set_tool(number, block, faults),
+            Some((word, 10.0 | 11.0))
+                if self.dialect == Dialect::Iso && block.letters() & AXIS_LETTERS == 0 =>
+            {
+                let message = format!("G10 {word} names no axis whose offset it measures");
+                let fault = Fault::word(&rules::MISSING_WORD, word, message);
+                faults.push(fault.help(
+                    "--dialect fanuc takes R for the tool's length; G10 L1 P R sets a radius",
+                ));
+                self.is_shifted = true;
+            }
             Some((_, 10.0)) => self.measure_tool(number, self.frames.active(), block, faults),
             Some((_, 11.0)) => self.measure_tool(number, FIXTURE, block, faults),
             Some((_, 2.0)) => self.place_system(number, block, faults),
@@ -165,8 +176,8 @@ impl Executor<'_> {
         }
     }
 
-    /// G10 L10 and L12 of the dialect fanuc: R is the length, or the radius, of tool P. L11 and
-    /// L13, wear, can only be 0: the tool table has none.
+    /// G10 L10 to L13 of the dialect fanuc: R is the length of tool P, its wear, its radius, or the wear
+    /// of that.
     fn set_tool_memory(
         &mut self,
         kind: &Word,
@@ -181,19 +192,14 @@ impl Executor<'_> {
             return;
         };
         let mm = value.value * self.mm_per_unit;
-        let adds = if self.absolute { 0.0 } else { 1.0 };
-        let tool = self.tools.entry(number);
-        match kind.value {
-            10.0 => tool.offset_mm[Axis::Z] = adds * tool.offset_mm[Axis::Z] + mm,
-            12.0 => tool.diameter_mm = adds * tool.diameter_mm + 2.0 * mm,
-            _ if mm == 0.0 => {}
-            _ => {
-                let message = format!("{value}: the wear of tools is not supported");
-                let fault = Fault::word(&rules::UNSUPPORTED_WORD, &value, message);
-                faults.push(fault.help("add it to the length (L10) or to the radius (L12)"));
-                self.is_shifted = true;
-            }
-        }
+        let measure = if kind.value < 12.0 { Measure::Length } else { Measure::Radius };
+        let is_wear = matches!(kind.value, 11.0 | 13.0);
+        let before_mm = match is_wear {
+            _ if self.absolute => 0.0,
+            true => self.tools.wear_mm(number, measure),
+            false => self.tools.measure_mm(number, measure),
+        };
+        self.tools.set_measure(number, measure, is_wear, before_mm + mm);
     }
 
     /// G43 to G49
@@ -427,6 +433,13 @@ impl Executor<'_> {
 
     /// G28 and G30: by way of the axis words to the reference of their axes; without any, of all.
     fn go_to_reference(&mut self, index: u8, block: &Block, asked: Asked, out: &mut Output<'_>) {
+        if let Some(word) = block.word(b'P').filter(|word| index == 1 && word.value != 2.0) {
+            let message = format!("{word}: there are no more than two reference positions");
+            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+            out.faults.push(fault.help("G28 goes to the first, G30 (or G30 P2) to the second"));
+            self.forget_position();
+            return;
+        }
         let has_words = block.letters() & AXIS_LETTERS != 0;
         let by_way = self.target(block, &asked, out.faults);
         let mut reference_mm = by_way;
