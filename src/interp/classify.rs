@@ -31,7 +31,8 @@ impl Executor<'_> {
 
     /// What a G or M word means in the dialect.
     pub(super) fn code_of(&self, word: &Word) -> Option<&'static Code> {
-        let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
+        let system = self.dialect.lathe();
+        let own = system.and_then(|system| find_lathe(word.letter, word.value, system));
         own.or_else(|| codes::find(word.letter, word.value))
     }
 

@@ -186,7 +186,7 @@ impl<'a> Executor<'a> {
     /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97 G98 (in the dialect `linuxcnc` G99),
     /// no feed, no speed, no tool. On a lathe G18 and G99, and X words are diameters.
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
-        let is_lathe = options.dialect == Dialect::FanucLathe;
+        let is_lathe = options.dialect.lathe().is_some();
         Executor {
             machine,
             dialect: options.dialect,

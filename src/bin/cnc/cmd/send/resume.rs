@@ -55,7 +55,7 @@ impl Resume {
             return Err(anyhow!("{name} tells of a job with {what}: it cannot be gone on with"))
                 .or_bad_input();
         }
-        if was.options.iter().any(|option| option == "dialect=fanuc-lathe") {
+        if was.options.iter().any(|option| option.starts_with("dialect=fanuc-lathe")) {
             return Err(anyhow!("a lathe's way back to the work is not up, over and down"))
                 .or_bad_input();
         }
