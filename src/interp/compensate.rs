@@ -87,7 +87,7 @@ impl Executor<'_> {
         };
         match self.tools.get(number) {
             Some(tool) => Some((tool.diameter_mm / 2.0, tool.orientation)),
-            None if word.is_some() && number == 0 => Some((0.0, 0)),
+            None if number == 0 && (word.is_some() || self.held_d.is_some()) => Some((0.0, 0)),
             None => {
                 faults.push(self.unknown_tool(number, block));
                 None

@@ -3,7 +3,7 @@
 //! Saved is what LinuxCNC saves: units, plane, cutter compensation, distance and arc distance,
 //! feed mode, work coordinate system (which one, not where it lies), tool length offset, return
 //! level, spindle mode, diameters, path control, feed, speed, spindle, coolant and overrides; not
-//! the motion code, nor what G92, G51, G68 and G16 have set.
+//! the motion code, nor what G92, G51, G51.1, G68 and G16 have set.
 //!
 //! Two things differ. The tool's offset is restored as it was, whatever has set it, as long as the
 //! same tool is in the spindle. And compensation that has been ended since is not begun anew, for
