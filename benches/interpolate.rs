@@ -120,14 +120,16 @@ fn chords(count: u32) -> String {
     text + "M30\n"
 }
 
-/// From text to dump, in two passes as the command does it.
+/// From text to dump, in three passes as the command does it: one to check the program, one to place
+/// the ends of node buffers, one for the dump.
 fn text_to_dump(source: &Source, machine: &Machine) {
     let options = Options::default();
     let checked = interp::check(source, machine, &options, 10).expect("it can be read");
     assert_eq!(checked.errors, 0);
-    let path = path::segments(interp::motions(source, machine, &options), machine);
+    let path = || path::segments(interp::motions(source, machine, &options), machine);
+    let seams = plan::place(path(), machine, Feed::LookAhead).expect("it was checked");
     let start = machine.work_zero_mm;
-    let plan = plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start);
+    let plan = plan::plan(path(), machine, Feed::LookAhead, &seams, start);
     let mut writer = Writer::new(std::io::sink(), &header(machine)).expect("a sink takes all");
     for command in step::interpolate(plan, machine, start) {
         writer.command(&command.expect("it was checked")).expect("a sink takes all");
@@ -166,9 +168,9 @@ fn interpolate(criterion: &mut Criterion) {
     let source = Source::memory("bench.nc", chords(BLOCKS).into_bytes());
     group.throughput(Throughput::Elements(BLOCKS.into())).sample_size(10);
     group.bench_function("blocks, checked", |b| {
-        b.iter(|| interp::check(&source, &router, &Options::default(), 10));
+        b.iter(|| interp::check(&source, &machine, &Options::default(), 10));
     });
-    group.bench_function("blocks, to dump", |b| b.iter(|| text_to_dump(&source, &router)));
+    group.bench_function("blocks, to dump", |b| b.iter(|| text_to_dump(&source, &machine)));
     group.finish();
 }
 

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use cnc::base::{Machine, Source};
-use cnc::gcode::{Block, Lines, parse};
+use cnc::gcode::{Block, Lines, parse_next};
 use cnc::interp::{self, Options};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
@@ -95,14 +95,29 @@ fn language(criterion: &mut Criterion) {
             let (mut block, mut faults) = (Block::default(), Vec::new());
             bencher.iter(|| {
                 let mut lines = Lines::new(source.reader(0), 0, 1);
-                while let Some(line) = lines.next_line().expect("memory can be read") {
-                    parse(line.bytes, &mut block, &mut faults);
+                let mut next = |block: &mut Block| {
+                    parse_next(&mut lines, block, &mut faults)
+                        .expect("memory can be read")
+                        .is_some()
+                };
+                while next(&mut block) {
                     black_box(block.words());
                 }
             });
         });
         group.bench_function("check", |bencher| {
             bencher.iter(|| interp::check(&source, &machine, &options, 100));
+        });
+        group.bench_function("record", |bencher| {
+            bencher.iter(|| {
+                let checked = interp::check_and_record(&source, &machine, &options, 100);
+                let (_, record) = checked.expect("memory can be read");
+                let record = record.expect("the program is right, and not too long");
+                let mut motions = record.replay();
+                while let Some(motion) = motions.read() {
+                    black_box(motion);
+                }
+            });
         });
         group.bench_function("interpret", |bencher| {
             bencher.iter(|| {

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use cnc::base::{Axis, Machine, Point, Severity, Source};
 use cnc::gcode::{Block, parse, rules};
-use cnc::interp::{self, Checked, Dialect, Motion, Move, MoveKind, Options};
+use cnc::interp::{self, Checked, Dialect, Motion, Move, MoveKind, Options, Record};
 
 /// Loops of a program that is tried run so often at most: it has to be quick.
 const PASSES_MAX: u64 = 500;
@@ -39,12 +39,12 @@ pub fn program(bytes: &[u8]) {
             block_delete: at == 1,
             ..Options::default()
         };
-        let checked = interp::check(&source, machine, &options, DIAGNOSTICS_MAX);
-        let checked = checked.expect("memory can be read");
+        let checked = interp::check_and_record(&source, machine, &options, DIAGNOSTICS_MAX);
+        let (checked, record) = checked.expect("memory can be read");
         tells_what_is_wrong(&checked, lines);
         let motions = interp::motions(&source, machine, &options);
         if checked.errors == 0 {
-            runs_as_checked(motions, &checked);
+            runs_as_checked(motions, record.as_ref(), &checked);
         } else {
             // It stops at its first error, or at the end: of a limit of travel it knows nothing.
             motions.for_each(drop);
@@ -83,11 +83,17 @@ fn tells_what_is_wrong(checked: &Checked, lines: usize) {
     }
 }
 
-fn runs_as_checked(motions: interp::Motions<'_>, checked: &Checked) {
+/// What a program makes when it is run is what the check has made, and recorded.
+fn runs_as_checked(motions: interp::Motions<'_>, record: Option<&Record>, checked: &Checked) {
     let mut at = checked.summary.start_mm;
     let (mut moves, mut events) = (0, 0);
+    let mut replay = record.map(Record::replay);
     for motion in motions {
-        match motion.expect("a checked program runs") {
+        let motion = motion.expect("a checked program runs");
+        if let Some(replay) = &mut replay {
+            assert_eq!(replay.read(), Some(&motion));
+        }
+        match motion {
             Motion::Move(step) => {
                 moves += 1;
                 assert_eq!(step.from, at, "line {}", step.line);
@@ -97,6 +103,7 @@ fn runs_as_checked(motions: interp::Motions<'_>, checked: &Checked) {
             Motion::Event(_) => events += 1,
         }
     }
+    assert!(replay.is_none_or(|mut replay| replay.read().is_none()));
     assert_eq!((moves, events), (checked.summary.moves, checked.summary.events));
     assert_eq!(at, checked.summary.end_mm);
 }

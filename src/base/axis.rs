@@ -38,7 +38,7 @@ impl Axis {
     /// The axis of an upper-case letter.
     #[inline]
     pub fn from_letter(letter: u8) -> Option<Axis> {
-        *BY_LETTER.get(usize::from(letter.wrapping_sub(b'A')))?
+        BY_LETTER[usize::from(letter)]
     }
 
     /// Whether the axis turns: its unit is then the degree, wherever a name says mm.
@@ -47,12 +47,12 @@ impl Axis {
     }
 }
 
-/// The axes of the letters from A to Z.
-const BY_LETTER: [Option<Axis>; 26] = {
-    let mut axes = [None; 26];
+/// The axes of all bytes: none of most.
+const BY_LETTER: [Option<Axis>; 256] = {
+    let mut axes = [None; 256];
     let mut i = 0;
     while i < AXES {
-        axes[(b"XYZABCUVW"[i] - b'A') as usize] = Some(Axis::ALL[i]);
+        axes[b"XYZABCUVW"[i] as usize] = Some(Axis::ALL[i]);
         i += 1;
     }
     axes

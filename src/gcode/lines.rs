@@ -79,9 +79,31 @@ impl<R: Read> Lines<R> {
     ///
     /// # Errors
     /// When the text cannot be read.
-    #[inline]
     pub fn next_line(&mut self) -> io::Result<Option<Line<'_>>> {
-        Ok(if self.find_line()? { Some(self.line()) } else { None })
+        self.begin_line()?;
+        self.next_line_behind(0)
+    }
+
+    /// What has been read already of what follows: the next line, unless this ends within it.
+    #[inline]
+    pub(super) fn ahead(&mut self) -> io::Result<&[u8]> {
+        if self.offset == 0 || self.unread != Unread::Nothing {
+            self.begin_line()?;
+        }
+        Ok(&self.buffer[self.start..self.end])
+    }
+
+    /// As [`Lines::next_line`], where so many bytes of [`Lines::ahead`] are known to hold no end of
+    /// a line.
+    #[inline]
+    pub(super) fn next_line_behind(&mut self, known: usize) -> io::Result<Option<Line<'_>>> {
+        let is_end = self.buffer[self.start..self.end].get(known) == Some(&b'\n');
+        if is_end && known <= LINE_BYTES_MAX {
+            self.take_line(known);
+            self.skip(1);
+            return Ok(Some(self.line()));
+        }
+        Ok(if self.find_line(known)? { Some(self.line()) } else { None })
     }
 
     /// The line read last.
@@ -98,11 +120,8 @@ impl<R: Read> Lines<R> {
     /// Goes on to the next line; false at the end of the text. By itself, so that what is around it
     /// is small enough to become part of the caller.
     #[inline(never)]
-    fn find_line(&mut self) -> io::Result<bool> {
-        if self.offset == 0 || self.unread != Unread::Nothing {
-            self.begin_line()?;
-        }
-        let mut searched = 0;
+    fn find_line(&mut self, known: usize) -> io::Result<bool> {
+        let mut searched = known;
         let length = loop {
             let rest = &self.buffer[self.start..self.end];
             match memchr::memchr2(b'\n', b'\r', &rest[searched..]) {
@@ -118,17 +137,23 @@ impl<R: Read> Lines<R> {
             }
             self.fill()?;
         };
-        self.too_long = length > LINE_BYTES_MAX;
-        (self.line_start, self.line_offset) = (self.start, self.offset);
-        self.line_bytes = length.min(LINE_BYTES_MAX);
-        self.skip(self.line_bytes);
-        if self.too_long {
+        self.take_line(length.min(LINE_BYTES_MAX));
+        if length > LINE_BYTES_MAX {
+            self.too_long = true;
             self.unread = Unread::Rest;
         } else {
             self.end_line();
         }
-        self.number = self.number.saturating_add(1);
         Ok(true)
+    }
+
+    /// Takes so many bytes for the next line.
+    #[inline]
+    fn take_line(&mut self, length: usize) {
+        (self.line_start, self.line_offset) = (self.start, self.offset);
+        (self.line_bytes, self.too_long) = (length, false);
+        self.skip(length);
+        self.number = self.number.saturating_add(1);
     }
 
     /// Offset in the text up to which lines have been read.

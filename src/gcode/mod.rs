@@ -33,4 +33,4 @@ pub use lathe::{LATHE_B_CODES, LATHE_CODES, LatheSystem, find_lathe};
 pub use lines::{LINE_BYTES_MAX, Line, Lines};
 pub use name::Name;
 pub use number::short;
-pub use parser::parse;
+pub use parser::{parse, parse_next};

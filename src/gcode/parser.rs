@@ -3,6 +3,8 @@
 //! The first byte of each item decides what it is; an item that is wrong is reported and, where
 //! the next one can be found, read over, so that one pass finds every fault of the line.
 
+use std::io::{self, Read};
+
 use nom::Parser;
 use nom::bytes::complete::{tag, take_till};
 use nom::combinator::opt;
@@ -17,6 +19,7 @@ use super::control::{
 };
 use super::expr::{Formula, NoExpression, Reader, after_word};
 use super::fault::Fault;
+use super::lines::{LINE_BYTES_MAX, Line, Lines};
 use super::number::{NUMBER_MAX, Parsed, SyntaxError, blanks, is_blank, number};
 use super::plain::plain_words;
 use super::stray::{self, is_control, not_text};
@@ -27,8 +30,47 @@ use super::{foreign, rules};
 /// Whoever goes on with a block that has faults has all words that could be read.
 pub fn parse(line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
     block.clear();
+    let words = plain_words(line, block);
+    parse_behind(words.end, line, block, faults);
+}
+
+/// Reads the next line of a text as [`parse`] does; none at the end of the text. A line that is too
+/// long holds nothing but a fault.
+///
+/// # Errors
+/// When the text cannot be read.
+pub fn parse_next<'l>(
+    lines: &'l mut Lines<impl Read>,
+    block: &mut Block,
+    faults: &mut Vec<Fault>,
+) -> io::Result<Option<Line<'l>>> {
+    block.clear();
+    // Most lines are plain words up to their end, which then need not be looked for: that would be a
+    // tenth of a check.
+    let ahead = lines.ahead()?;
+    let words = plain_words(ahead, block);
+    let is_cut = words.next == ahead.len();
+    let Some(line) = lines.next_line_behind(if is_cut { 0 } else { words.end })? else {
+        block.clear();
+        return Ok(None);
+    };
+    if line.too_long {
+        block.clear();
+        let message = format!("line {} is longer than {LINE_BYTES_MAX} bytes", line.number);
+        let fault = Fault::new(&rules::LINE_TOO_LONG, 0, 1, message);
+        faults.push(fault.help("NC programs have short lines: is this the right file?"));
+    } else if is_cut {
+        parse(line.bytes, block, faults);
+    } else if words.end < line.bytes.len() {
+        parse_behind(words.end, line.bytes, block, faults);
+    }
+    Ok(Some(line))
+}
+
+/// Reads what follows the words of a line up to a place.
+fn parse_behind(end: usize, line: &[u8], block: &mut Block, faults: &mut Vec<Fault>) {
     let faults_before = faults.len();
-    let rest = plain_words(line, block);
+    let rest = line.get(end..).unwrap_or_default();
     let mut parser = Parsing { line, rest, block, faults, words_end: None };
     while let Some(&byte) = parser.rest.first() {
         if parser.item(byte).is_none() {

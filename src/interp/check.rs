@@ -9,7 +9,8 @@ use super::Options;
 use super::findings::Place;
 use super::hashed::HashedReader;
 use super::motion::Motion;
-use super::program::{Library, parse_line, program_number};
+use super::program::{Library, next_block, program_number};
+use super::record::{Record, WORDS_MAX};
 use super::run::{End, PassedOver, Run};
 use super::travel::Travel;
 
@@ -82,10 +83,28 @@ pub fn check(
     max_diagnostics: usize,
 ) -> io::Result<Checked> {
     let run = judged(source, machine, options, max_diagnostics);
-    Ok(run_whole(run, machine)?.0)
+    Ok(run_whole(run, machine, &mut None)?.0)
 }
 
-/// The same, with the SHA-256 of the very text that was checked.
+/// The same, with the motions of a program without errors, unless they are too many to be kept: then
+/// it has to be run again for them.
+///
+/// # Errors
+/// As for [`check`].
+pub fn check_and_record(
+    source: &Source,
+    machine: &Machine,
+    options: &Options,
+    max_diagnostics: usize,
+) -> io::Result<(Checked, Option<Record>)> {
+    let run = judged(source, machine, options, max_diagnostics);
+    let mut record = Some(Record::new(WORDS_MAX));
+    let (checked, _) = run_whole(run, machine, &mut record)?;
+    let record = record.filter(|_| checked.errors == 0);
+    Ok((checked, record))
+}
+
+/// As [`check`], with the SHA-256 of the very text that was checked.
 ///
 /// # Errors
 /// As for [`check`].
@@ -97,7 +116,7 @@ pub fn check_and_hash(
 ) -> io::Result<(Checked, [u8; 32])> {
     let mut run = judged(source, machine, options, max_diagnostics);
     run.lines = Lines::new(HashedReader::new(source), 0, 1);
-    let (checked, text) = run_whole(run, machine)?;
+    let (checked, text) = run_whole(run, machine, &mut None)?;
     Ok((checked, text.sha256()?))
 }
 
@@ -108,7 +127,13 @@ fn judged<'a>(source: &Source, machine: &'a Machine, options: &Options, max: usi
     run
 }
 
-fn run_whole(mut run: Run<'_>, machine: &Machine) -> io::Result<(Checked, HashedReader)> {
+/// Runs a program whole; a record, if there is one, is made of its motions, or none if they are too
+/// many.
+fn run_whole(
+    mut run: Run<'_>,
+    machine: &Machine,
+    record: &mut Option<Record>,
+) -> io::Result<(Checked, HashedReader)> {
     let mut summary = Summary { start_mm: run.engine.executor.position_mm(), ..Summary::default() };
     let mut motions = Vec::new();
     while run.step(&mut motions)? {
@@ -116,6 +141,9 @@ fn run_whole(mut run: Run<'_>, machine: &Machine) -> io::Result<(Checked, Hashed
             match motion {
                 Motion::Move(_) => summary.moves += 1,
                 Motion::Event(_) => summary.events += 1,
+            }
+            if record.as_mut().is_some_and(|record| !record.add(motion)) {
+                *record = None;
             }
         }
         motions.clear();
@@ -176,8 +204,8 @@ fn check_rest(run: &mut Run<'_>) -> io::Result<()> {
     let mut block = Block::default();
     let mut faults = Vec::new();
     while run.end != End::NotText {
-        let Some(line) = run.lines.next_line()? else { return Ok(()) };
-        parse_line(&line, &mut block, &mut faults, run.text);
+        let line = next_block(&mut run.lines, &mut block, &mut faults, run.text)?;
+        let Some(line) = line else { return Ok(()) };
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let is_blank = block.is_empty() && faults.is_empty();
         if run.end == End::Text {

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::base::{Axis, AxisSet, Point};
+use crate::base::{Axis, Point};
 use crate::gcode::{Block, Fault, rules};
 
 use super::arc::sweep_rad;
@@ -23,7 +23,7 @@ const AXES: [[Axis; 3]; 3] =
 /// What is wrong with a move that takes longer than ten days.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     let feed_min = step.kind.feed_mm_min()?;
-    if is_quick(step, AxisSet::ALL) {
+    if is_quick(step) {
         return None;
     }
     let (length, unit) = length_and_unit(step);
@@ -42,10 +42,10 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     Some(fault.help(help))
 }
 
-/// Whether a move that goes along these axes alone is sure to take no longer than a day.
+/// Whether a move is sure to take no longer than ten days.
 #[inline]
-pub(super) fn is_quick(step: &Move, along: AxisSet) -> bool {
-    match (step.kind.feed_mm_min(), length_most(step, along)) {
+pub(super) fn is_quick(step: &Move) -> bool {
+    match (step.kind.feed_mm_min(), length_most(step)) {
         (Some(feed_min), Some(most)) => most <= feed_min * MOVE_MIN_MAX,
         (feed_min, _) => feed_min.is_none(),
     }
@@ -55,8 +55,9 @@ pub(super) fn is_quick(step: &Move, along: AxisSet) -> bool {
 /// arc so many turns at such a sum for its radius. This needs no roots and angles, and runs for every
 /// move.
 #[inline]
-fn length_most(step: &Move, along: AxisSet) -> Option<f64> {
-    let straight: f64 = along.iter().map(|axis| (step.to[axis] - step.from[axis]).abs()).sum();
+fn length_most(step: &Move) -> Option<f64> {
+    let ways = step.to.0.iter().zip(&step.from.0).map(|(to, from)| (to - from).abs());
+    let straight: f64 = ways.sum();
     let (plane, center_mm, turns) = match step.kind {
         MoveKind::Rapid | MoveKind::Line { .. } => return Some(straight),
         MoveKind::Arc { plane, center_mm, turns, .. } => (plane, center_mm, turns),

@@ -76,7 +76,14 @@ impl<'a> Engine<'a> {
     /// Warns, once, of a line that block delete would leave out.
     #[inline]
     pub fn judge_delete(&mut self, block: &Block) {
-        if block.delete && !self.block_delete_said && !block.is_empty() {
+        if block.delete {
+            self.tell_delete(block);
+        }
+    }
+
+    #[cold]
+    fn tell_delete(&mut self, block: &Block) {
+        if !self.block_delete_said && !block.is_empty() {
             self.block_delete_said = true;
             let message = "this line is executed, and so is every other that begins with /";
             let fault = Fault::new(&rules::BLOCK_DELETE, 0, 1, message);
@@ -514,7 +521,7 @@ impl<'a> Engine<'a> {
         let Some(travel) = &mut self.travel else { return };
         let [Motion::Move(step)] = motions else { return };
         // A block with a fault may have led elsewhere without a move.
-        let is_all = self.findings.errors == 0 && is_cut(step) && is_quick(step, named);
+        let is_all = self.findings.errors == 0 && is_cut(step) && is_quick(step);
         if is_all && travel.add_along(named, step, block, place) {
             self.plunges.spindle(self.executor.turning != Turning::Stopped);
             self.plunges.cut(step);

@@ -14,7 +14,7 @@ use super::Options;
 use super::body::{Body, Links, unmatched};
 use super::execute::Executor;
 use super::findings::Place;
-use super::program::{BLOCKS_MAX, Found, Reading, parse_line, program_number};
+use super::program::{BLOCKS_MAX, Found, Reading, next_block, program_number};
 use super::run::{End, Frame, FrameKind, PassedOver, Run};
 use super::words::WHOLE_WITHIN;
 
@@ -89,6 +89,7 @@ impl Run<'_> {
     }
 
     /// Does what a statement of the main program's text says.
+    #[inline(never)]
     pub(super) fn statement_of_main(&mut self, block: &Block, place: Place<'_>) -> io::Result<()> {
         let Some(statement) = block.statement() else { return Ok(()) };
         self.engine.blocks += 1;
@@ -340,10 +341,10 @@ impl Run<'_> {
         let engine = &mut self.engine;
         // Nothing is executed: the state shall not learn of codes that are checked.
         let mut executor = Executor::new(engine.executor.machine, &Options::default());
-        while let Some(line) = self.lines.next_line()? {
-            parse_line(&line, &mut self.block, &mut engine.faults, self.text);
-            if self.block.is_plain() {
-                executor.check_codes(&self.block, &mut engine.faults);
+        let (lines, block) = (&mut self.lines, &mut self.block);
+        while let Some(line) = next_block(lines, block, &mut engine.faults, self.text)? {
+            if block.is_plain() {
+                executor.check_codes(block, &mut engine.faults);
             }
             if !engine.faults.is_empty() && self.passed_over.len() < engine.findings.max() {
                 self.passed_over.push(PassedOver {
@@ -354,13 +355,13 @@ impl Run<'_> {
                 });
             }
             engine.faults.clear();
-            let ends = self.block.statement().is_some_and(|end| {
+            let ends = block.statement().is_some_and(|end| {
                 matches!(end.control, Control::EndSub(_)) && end.label == statement.label
             });
             if ends {
                 return Ok(());
             }
-            if self.tape.ends_at(&self.block) {
+            if self.tape.ends_at(block) {
                 break;
             }
         }

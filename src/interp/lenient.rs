@@ -36,24 +36,23 @@ const FOREIGN: &[(u8, u16, u16, &str)] = &[
     (b'M', 900, 900, "sets pressure advance"),
 ];
 
-/// Whether a line is none that words can be read from: `$…`, or the text of M117. It is left out.
-pub(super) fn is_foreign_line(line: &[u8], faults: &mut Vec<Fault>) -> bool {
+/// What is said of a line that words cannot be read from: `$…`, or the text of M117. It is left out.
+pub(super) fn foreign_line(line: &[u8]) -> Option<Fault> {
     let start = line.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
     let text = line.get(start..).unwrap_or_default();
     let message = match text {
-        [b'$', b'J' | b'j', ..] => return false,
+        [b'$', b'J' | b'j', ..] => return None,
         [b'$', ..] => "lines that begin with $ are for the sender of another control: left out",
         _ => {
             let head: Vec<u8> = text.iter().take(5).map(u8::to_ascii_uppercase).collect();
             let digit_follows = head.get(4).is_some_and(u8::is_ascii_digit);
             if !matches!(head.get(..4), Some(b"M117" | b"M118")) || digit_follows {
-                return false;
+                return None;
             }
             "M117 and M118 show a text on other controls: left out"
         }
     };
-    faults.push(Fault::new(&rules::FOREIGN_WORD, start as u32, line.len() as u32, message));
-    true
+    Some(Fault::new(&rules::FOREIGN_WORD, start as u32, line.len() as u32, message))
 }
 
 /// Leaves out what is foreign on a line.

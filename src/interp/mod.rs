@@ -2,7 +2,7 @@
 //!
 //! A program is run twice: [`check`] runs it whole and keeps every finding, [`motions`] runs it
 //! again and hands out motion as it goes, so that memory does not grow with the program. Both are
-//! the same run. The order of execution in a block is that of the modal groups in
+//! the same run, and of few motions the first leaves a [`Record`] instead of a second. The order of execution in a block is that of the modal groups in
 //! [`crate::gcode::codes`]. Nothing is known here of speeds in time, of steps or of ticks.
 
 mod arc;
@@ -41,6 +41,7 @@ mod plunge;
 mod polar;
 mod probe;
 mod program;
+mod record;
 mod run;
 mod spline;
 mod system;
@@ -53,9 +54,10 @@ mod turns;
 mod words;
 
 pub use arc::FULL_CIRCLE_MM;
-pub use check::{Checked, Said, Summary, check, check_and_hash};
+pub use check::{Checked, Said, Summary, check, check_and_hash, check_and_record};
 pub use motion::{Bound, Corner, Motion, Move, MoveKind};
 pub use motions::{Motions, RunError, motions};
+pub use record::{Record, Replay};
 pub use tools::{Tool, Tools, ToolsError};
 
 use std::path::PathBuf;

@@ -12,16 +12,14 @@ use std::rc::Rc;
 
 use crate::base::Source;
 use crate::gcode::codes::{self, Op};
-use crate::gcode::{
-    Block, Control, Fault, LINE_BYTES_MAX, Label, Line, Lines, Statement, Word, parse, rules,
-};
+use crate::gcode::{Block, Control, Fault, Label, Line, Lines, Statement, Word, parse_next, rules};
 
 use super::body::{Body, Linker};
 use super::execute::is_error;
 use super::findings::{Findings, Place};
 use super::hashed::HashedReader;
 use super::inputs::{Inputs, Opened};
-use super::lenient::{is_foreign_line, leave_out};
+use super::lenient::{foreign_line, leave_out};
 
 /// Most blocks that are kept, of subprograms and of loops, as [`Body::size`] counts them: about 20 MB.
 pub(super) const BLOCKS_MAX: usize = 50_000;
@@ -105,33 +103,29 @@ pub(super) struct TextOptions {
     pub lenient: bool,
 }
 
-/// Parses a line, and reports one that is too long.
-pub(super) fn parse_line(
-    line: &Line<'_>,
+/// Reads the next line into a block; none at the end of the text.
+pub(super) fn next_block<'l>(
+    lines: &'l mut Lines<impl Read>,
     block: &mut Block,
     faults: &mut Vec<Fault>,
     options: TextOptions,
-) {
-    if line.too_long {
-        block.clear();
-        let message = format!("line {} is longer than {LINE_BYTES_MAX} bytes", line.number);
-        let fault = Fault::new(&rules::LINE_TOO_LONG, 0, 1, message);
-        faults.push(fault.help("NC programs have short lines: is this the right file?"));
-        return;
-    }
+) -> io::Result<Option<Line<'l>>> {
     let faults_before = faults.len();
-    if options.lenient && is_foreign_line(line.bytes, faults) {
-        block.clear();
-        return;
-    }
-    parse(line.bytes, block, faults);
-    if options.lenient {
-        leave_out(block, faults);
+    let Some(line) = parse_next(lines, block, faults)? else { return Ok(None) };
+    if options.lenient && !line.too_long {
+        if let Some(fault) = foreign_line(line.bytes) {
+            block.clear();
+            faults.truncate(faults_before);
+            faults.push(fault);
+        } else {
+            leave_out(block, faults);
+        }
     }
     if options.block_delete && block.delete {
         block.clear();
         faults.truncate(faults_before);
     }
+    Ok(Some(line))
 }
 
 impl Library {
@@ -236,9 +230,8 @@ impl Library {
         let (mut block, mut tape) = (Block::default(), Tape::default());
         let mut spots = Spots::new();
         let mut faults = Vec::new();
-        while let Some(line) = lines.next_line()? {
-            // Faults are reported where the line is run or checked.
-            parse_line(&line, &mut block, &mut faults, self.reading);
+        while let Some(line) = next_block(&mut lines, &mut block, &mut faults, self.reading)? {
+            // They are reported where the line is run or checked.
             faults.clear();
             if tape.ends_at(&block) {
                 break;
@@ -393,8 +386,7 @@ impl Reading {
         findings: &mut Findings,
         said: u32,
     ) -> io::Result<Option<Added>> {
-        while let Some(line) = lines.next_line()? {
-            parse_line(&line, &mut self.block, &mut self.faults, self.text);
+        while let Some(line) = next_block(lines, &mut self.block, &mut self.faults, self.text)? {
             let ends_tape = self.tape.ends_at(&self.block);
             let begins_other = self.has_acted && program_number(&self.block).is_some();
             if ends_tape || begins_other {

@@ -19,7 +19,7 @@ use super::hashed::HashedReader;
 use super::macros::ModalMacro;
 use super::motion::Motion;
 use super::program::{
-    Library, Tape, TextOptions, acts, misplaced_title, parse_line, program_number,
+    Library, Tape, TextOptions, acts, misplaced_title, next_block, program_number,
 };
 use super::turns::Awaited;
 use super::{Dialect, MAX_PASSES, Options};
@@ -172,6 +172,7 @@ impl<'a> Run<'a> {
     }
 
     /// Gives out what the executor holds until it knows what follows.
+    #[inline(never)]
     fn finish(&mut self, motions: &mut Vec<Motion>) {
         let line = self.lines.number().max(1);
         let place = Place { line, text: b"", calls: &[], file: None };
@@ -180,12 +181,12 @@ impl<'a> Run<'a> {
     }
 
     fn step_main(&mut self, motions: &mut Vec<Motion>) -> io::Result<()> {
-        let Some(line) = self.lines.next_line()? else {
+        let engine = &mut self.engine;
+        let read = next_block(&mut self.lines, &mut self.block, &mut engine.faults, self.text)?;
+        let Some(line) = read else {
             self.end = End::Text;
             return self.missing_end(false);
         };
-        let engine = &mut self.engine;
-        parse_line(&line, &mut self.block, &mut engine.faults, self.text);
         engine.judge_delete(&self.block);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
         let (mut flow, first) = (Flow::Next, motions.len());
@@ -314,6 +315,7 @@ impl<'a> Run<'a> {
     }
 
     /// Goes where a block leads.
+    #[inline(never)]
     fn follow(
         &mut self,
         flow: Flow,
@@ -380,6 +382,7 @@ impl<'a> Run<'a> {
 
     /// Warns of a main program without an end, unless it has no block at all; `is_over`: the line
     /// read last is no part of it any more.
+    #[inline(never)]
     fn missing_end(&mut self, is_over: bool) -> io::Result<()> {
         // What is run a second time has been warned of.
         if !self.typed && self.engine.blocks > 0 && self.engine.travel.is_some() {

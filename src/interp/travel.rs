@@ -58,6 +58,15 @@ impl Bounds {
         least >= self.least[axis] && greatest <= self.greatest[axis]
     }
 
+    /// Without a branch for each axis.
+    #[inline]
+    fn contain_point(&self, point: &Point) -> bool {
+        let bounds = self.least.0.iter().zip(&self.greatest.0);
+        let within =
+            bounds.zip(&point.0).map(|((least, greatest), at)| at >= least && at <= greatest);
+        within.fold(true, |all, is_within| all & is_within)
+    }
+
     fn extend(&mut self, axis: Axis, [least, greatest]: [f64; 2]) {
         self.least[axis] = self.least[axis].min(least);
         self.greatest[axis] = self.greatest[axis].max(greatest);
@@ -159,10 +168,13 @@ impl Travel {
         if !self.any || !self.fixed.is_empty() || !self.contains_circle(step) {
             return false;
         }
-        for axis in along.iter() {
-            let at = [step.to[axis]; 2];
-            if !self.known_mm.contain(axis, at) {
-                self.reach(axis, at, block, place, AxisSet::EMPTY);
+        // Most moves stay within what is known: that is asked for all axes together.
+        if !self.known_mm.contain_point(&step.to) {
+            for axis in along.iter() {
+                let at = [step.to[axis]; 2];
+                if !self.known_mm.contain(axis, at) {
+                    self.reach(axis, at, block, place, AxisSet::EMPTY);
+                }
             }
         }
         true

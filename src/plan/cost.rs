@@ -4,7 +4,7 @@ use crate::base::machine::{BufferTime, Bus};
 use crate::base::{AxisSet, Machine};
 
 use super::SeamKind;
-use super::places::Place;
+use super::places::{Place, SHIFT_TICKS};
 
 /// What a place inside a block costs, so that it is taken only if there is nothing else.
 pub const INSIDE_PENALTY_S: f64 = 1e6;
@@ -49,6 +49,19 @@ impl Cost {
     pub fn pads_s(&self, start: &Place, end: &Place) -> Option<f64> {
         let ticks = start.ticks_to(end);
         (ticks <= self.ticks_max).then_some((self.entries - ticks) * self.pad_s)
+    }
+
+    /// The part of a buffer's cost that hangs on where it begins, with what it costs to get there.
+    /// Together with [`Cost::end_s`] and the fills it is the cost up to the buffer's end, or less.
+    pub fn start_s(&self, cost_s: f64, start: &Place) -> f64 {
+        let left_ticks = start.at_ticks - start.after_ticks - start.unsure_ticks;
+        cost_s + (left_ticks + start.waits as f64) * self.pad_s
+    }
+
+    /// The part of a buffer's pads that hangs on where it ends, or less.
+    pub fn end_s(&self, end: &Place) -> f64 {
+        let ticks = end.at_ticks + end.before_ticks + end.unsure_ticks + end.waits as f64;
+        (self.entries - ticks - SHIFT_TICKS) * self.pad_s
     }
 
     /// Fills and pads of a buffer in which these axes move; none if it is too long.

@@ -19,7 +19,6 @@ use crate::base::Machine;
 use crate::path::PathItem;
 
 use super::decisions::Decisions;
-use super::junction::Junction;
 use super::lookahead::Decided;
 use super::piece::{Piece, SPEEDS_EQUAL};
 use super::{Bound, Feed, Ramp, SeamKind, Seams};
@@ -86,8 +85,7 @@ struct Block {
 /// The pieces behind a block's end.
 #[derive(Debug, Default)]
 struct Behind {
-    /// Each with the square of the greatest speed at its start.
-    pieces: Vec<(Piece, f64)>,
+    pieces: Vec<Piece>,
     /// So many before it is tried again whether they suffice.
     enough: usize,
 }
@@ -120,11 +118,11 @@ impl<I> Explainer<'_, I> {
         match decided {
             Decided::Event(_) | Decided::Seam(SeamKind::Rest) => self.rest(Bound::Stop),
             Decided::Seam(SeamKind::Rapid | SeamKind::Cut) => self.rest(Bound::Seam),
-            Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam } => {
+            Decided::Piece { piece, ends_mm_s, ramp, at_seam } => {
                 if piece.shares[0] == 0.0 {
-                    self.turn(&junction, &piece, Bound::of_ramp(&piece, &ramp));
+                    self.turn(&piece, Bound::of_ramp(&piece, &ramp));
                 }
-                self.run(piece, junction, (ends_mm_s, ramp), at_seam);
+                self.run(piece, ends_mm_s, &ramp, at_seam);
             }
         }
     }
@@ -140,10 +138,11 @@ impl<I> Explainer<'_, I> {
     }
 
     /// The block under way ends where the next begins, whose ramp is bound by this.
-    fn turn(&mut self, junction: &Junction, next: &Piece, ramp_bound: Bound) {
+    fn turn(&mut self, next: &Piece, ramp_bound: Bound) {
         self.settle();
         let Some(block) = self.current.take() else { return };
         let mut speed = block.speed;
+        let junction = &next.junction;
         let f3_mm_s = junction.speed_sq_max.sqrt();
         speed.candidates_mm_s = [block.reach_sq.sqrt(), f64::INFINITY, f3_mm_s];
         let end_sq = speed.end_mm_s * speed.end_mm_s;
@@ -161,15 +160,10 @@ impl<I> Explainer<'_, I> {
         self.waiting = Some((speed, Behind { pieces: Vec::new(), enough: PIECES_MIN }));
     }
 
-    fn run(
-        &mut self,
-        piece: Piece,
-        junction: Junction,
-        (ends_mm_s, ramp): ([f64; 2], Ramp),
-        at_seam: bool,
-    ) {
+    fn run(&mut self, piece: Box<Piece>, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
+        let start_limit_sq = piece.junction.speed_sq_max;
         let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
-        let top_bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
+        let top_bound = Bound::of(&piece, ends_mm_s, ramp, at_seam);
         let block = self.current.get_or_insert_with(|| Block {
             speed: BlockSpeed {
                 line: piece.segment.line,
@@ -186,16 +180,16 @@ impl<I> Explainer<'_, I> {
             cap_sq: 0.0,
             ramp_bound: Bound::Jerk,
         });
-        block.reach_sq = piece.exit_sq_max(block.reach_sq.min(junction.speed_sq_max));
+        block.reach_sq = piece.exit_sq_max(block.reach_sq.min(start_limit_sq));
         (block.cap_sq, block.cap_bound) = (piece.ends_sq_max[1], piece.bounds[1]);
-        block.ramp_bound = Bound::of_ramp(&piece, &ramp);
+        block.ramp_bound = Bound::of_ramp(&piece, ramp);
         block.speed.length_mm += piece.length_mm;
         block.speed.end_mm_s = ends_mm_s[1];
         if top_mm_s > block.speed.top_mm_s {
             (block.speed.top_mm_s, block.speed.top_bound) = (top_mm_s, top_bound);
         }
         let Some((_, behind)) = &mut self.waiting else { return };
-        behind.pieces.push((piece, junction.speed_sq_max));
+        behind.pieces.push(*piece);
         if behind.pieces.len() >= behind.enough {
             behind.enough *= 2;
             self.try_settle(ends_mm_s[1]);
@@ -226,9 +220,9 @@ impl Behind {
     /// Square of the greatest speed at the start from which the speed at the end can be met.
     fn entry_sq(&self, exit_sq: f64) -> f64 {
         let (mut speed_sq, mut limit_sq) = (exit_sq, f64::INFINITY);
-        for (piece, start_limit_sq) in self.pieces.iter().rev() {
+        for piece in self.pieces.iter().rev() {
             speed_sq = piece.entry_sq_max(speed_sq.min(limit_sq));
-            limit_sq = *start_limit_sq;
+            limit_sq = piece.junction.speed_sq_max;
         }
         speed_sq
     }

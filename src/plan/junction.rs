@@ -40,6 +40,15 @@ pub struct Junction {
     pub bend_per_mm: Option<Point>,
 }
 
+/// A point of a chopped curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bend {
+    /// The change of direction over the mean length.
+    pub per_mm: Point,
+    /// Square of the greatest speed there.
+    pub speed_sq_max: f64,
+}
+
 impl Junction {
     /// Where the machine is at rest anyway.
     pub const REST: Junction =
@@ -52,6 +61,11 @@ impl Junction {
         turn_rad: 0.0,
         bend_per_mm: None,
     };
+
+    /// How the path bends there, if it is a point of a chopped curve.
+    pub fn bend(&self) -> Option<Bend> {
+        self.bend_per_mm.map(|per_mm| Bend { per_mm, speed_sq_max: self.speed_sq_max })
+    }
 
     /// The same, at rest.
     pub fn stopped(self) -> Junction {

@@ -23,7 +23,6 @@ use crate::base::{Event, Machine};
 use crate::path::Curve;
 
 use super::jerk::Smoother;
-use super::junction::Junction;
 use super::piece::Piece;
 use super::{Bound, Feed, Ramp, SeamKind};
 
@@ -31,12 +30,7 @@ use super::{Bound, Feed, Ramp, SeamKind};
 #[derive(Clone, Debug)]
 pub enum Ahead {
     /// A piece of the path, from rest or from the piece before.
-    Piece {
-        /// The piece.
-        piece: Piece,
-        /// How it begins where the piece before ends.
-        junction: Junction,
-    },
+    Piece(Box<Piece>),
     /// Something that happens at rest.
     Event(Event),
     /// A node buffer ends and the next begins, at rest.
@@ -45,17 +39,11 @@ pub enum Ahead {
 
 /// An item whose speeds are decided.
 #[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "most are pieces: a box would cost an allocation each"
-)]
 pub enum Decided {
     /// A piece of the path.
     Piece {
         /// The piece.
-        piece: Piece,
-        /// How it begins where the piece before ends.
-        junction: Junction,
+        piece: Box<Piece>,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
         /// How it is run between them.
@@ -85,6 +73,8 @@ pub struct LookAhead<'a> {
     has_ramps: bool,
     tick_s: f64,
     tolerance_mm: f64,
+    /// The newest item, until it is known what follows.
+    newest: Option<Ahead>,
     queue: VecDeque<Queued>,
     /// Square of the speed at the start of the queue.
     start_sq: f64,
@@ -109,7 +99,7 @@ impl Queued {
     /// Square of the greatest speed at its start.
     fn entry_limit_sq(&self) -> f64 {
         match &self.item {
-            Ahead::Piece { piece, junction } => junction.speed_sq_max.min(piece.ends_sq_max[0]),
+            Ahead::Piece(piece) => piece.junction.speed_sq_max.min(piece.ends_sq_max[0]),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         }
     }
@@ -121,10 +111,10 @@ impl Decided {
         match item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, junction } => {
+            Ahead::Piece(piece) => {
                 let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
                 let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam: false }
+                Decided::Piece { piece, ends_mm_s, ramp, at_seam: false }
             }
         }
     }
@@ -145,6 +135,7 @@ impl<'a> LookAhead<'a> {
             has_ramps,
             tick_s: machine.bus.tick_s(),
             tolerance_mm: machine.path_tolerance_mm,
+            newest: None,
             queue: VecDeque::new(),
             start_sq: 0.0,
             is_at_seam: false,
@@ -156,34 +147,43 @@ impl<'a> LookAhead<'a> {
 
     /// Takes the next item.
     pub fn push(&mut self, item: Ahead) {
-        self.bend_last(&item);
-        self.queue.push_back(Queued { item, entry_sq: 0.0 });
-        if !self.has_ramps {
-            self.decided = self.queue.len();
-            return;
-        }
-        self.hold_corner();
-        if self.queue.len() >= self.enough {
-            self.decide();
-        }
-    }
-
-    /// Where the last piece ends in a point of a chopped curve, it bends there.
-    fn bend_last(&mut self, next: &Ahead) {
-        let Ahead::Piece { junction, .. } = next else { return };
-        let last = self.queue.back_mut().map(|queued| &mut queued.item);
-        if let (true, Some(Ahead::Piece { piece, .. })) = (self.has_ramps, last) {
-            piece.bend(1, junction, self.machine);
+        if let Some(before) = self.newest.replace(item) {
+            self.queue_up(before);
         }
     }
 
     /// No item follows: the path ends at rest.
     pub fn finish(&mut self) {
+        if let Some(last) = self.newest.take() {
+            self.queue_up(last);
+        }
         if self.has_ramps {
             self.backward();
             self.forward();
         }
         self.decided = self.queue.len();
+    }
+
+    /// Queues an item, now that it is known what follows.
+    fn queue_up(&mut self, mut item: Ahead) {
+        if !self.has_ramps {
+            self.queue.push_back(Queued { item, entry_sq: 0.0 });
+            self.decided = self.queue.len();
+            return;
+        }
+        if let Ahead::Piece(piece) = &mut item {
+            let bend_after = match &self.newest {
+                Some(Ahead::Piece(next)) => next.junction.bend(),
+                Some(Ahead::Event(_) | Ahead::Seam(_)) | None => None,
+            };
+            let bend_before = piece.junction.bend();
+            piece.bend([bend_before, bend_after], self.machine);
+        }
+        self.queue.push_back(Queued { item, entry_sq: 0.0 });
+        self.hold_corner();
+        if self.queue.len() >= self.enough {
+            self.decide();
+        }
     }
 
     /// Gives the next item whose motion is decided, if there is one.
@@ -218,10 +218,10 @@ impl<'a> LookAhead<'a> {
         Some(match front.item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece { piece, junction } => {
+            Ahead::Piece(piece) => {
                 let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
                 let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam }
+                Decided::Piece { piece, ends_mm_s, ramp, at_seam }
             }
         })
     }
@@ -238,7 +238,7 @@ impl<'a> LookAhead<'a> {
         let mut exit_sq = 0.0;
         for queued in self.queue.iter_mut().rev() {
             let reach_sq = match &queued.item {
-                Ahead::Piece { piece, .. } => piece.entry_sq_max(exit_sq),
+                Ahead::Piece(piece) => piece.entry_sq_max(exit_sq),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
             queued.entry_sq = reach_sq.min(queued.entry_limit_sq());
@@ -254,7 +254,7 @@ impl<'a> LookAhead<'a> {
         for i in 0..self.queue.len() {
             self.queue[i].entry_sq = entry_sq;
             let reach_sq = match &self.queue[i].item {
-                Ahead::Piece { piece, .. } => piece.exit_sq_max(entry_sq),
+                Ahead::Piece(piece) => piece.exit_sq_max(entry_sq),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
             let Some(next) = self.queue.get(i + 1) else { break };
@@ -270,7 +270,7 @@ impl<'a> LookAhead<'a> {
     fn open_from(&self) -> usize {
         let mut left_mm = 0.0;
         for (i, queued) in self.queue.iter().enumerate().rev() {
-            let Ahead::Piece { piece, .. } = &queued.item else { return i };
+            let Ahead::Piece(piece) = &queued.item else { return i };
             if left_mm > piece.speed_sq_max().sqrt() * self.tick_s {
                 return i;
             }
@@ -292,7 +292,8 @@ impl<'a> LookAhead<'a> {
         let newest = self.queue.len() - 1;
         let (mut turn_rad, mut span_mm) = (0.0_f64, 0.0_f64);
         for first in (0..=newest).rev() {
-            let Ahead::Piece { piece, junction } = &self.queue[first].item else { break };
+            let Ahead::Piece(piece) = &self.queue[first].item else { break };
+            let junction = &piece.junction;
             if first == newest && junction.turn_rad == 0.0 {
                 break;
             }
@@ -316,7 +317,7 @@ impl<'a> LookAhead<'a> {
     /// The share of the path tolerance for the corners at the starts of two items.
     fn corner_share(&self, first: usize, last: usize) -> f64 {
         let is_line = |i: usize| match &self.queue[i].item {
-            Ahead::Piece { piece, .. } => piece.segment.curve == Curve::Line,
+            Ahead::Piece(piece) => piece.segment.curve == Curve::Line,
             Ahead::Event(_) | Ahead::Seam(_) => true,
         };
         let has_lines_only = (first.saturating_sub(1)..=last).all(is_line);
@@ -327,7 +328,7 @@ impl<'a> LookAhead<'a> {
     fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
         let around = first.saturating_sub(1)..=last;
         let fastest_sq = |i: usize| match &self.queue[i].item {
-            Ahead::Piece { piece, .. } => piece.speed_sq_max(),
+            Ahead::Piece(piece) => piece.speed_sq_max(),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         };
         let fastest_mm_s = around.clone().map(fastest_sq).fold(0.0, f64::max).sqrt();
@@ -335,7 +336,7 @@ impl<'a> LookAhead<'a> {
             return;
         }
         let accel = |i: usize| match &self.queue[i].item {
-            Ahead::Piece { piece, .. } => piece.accel_max_mm_s2(),
+            Ahead::Piece(piece) => piece.accel_max_mm_s2(),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         };
         let accel_mm_s2 = around.map(accel).fold(0.0, f64::max);
@@ -344,7 +345,8 @@ impl<'a> LookAhead<'a> {
         let speed_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
         let speed_sq = speed_mm_s * speed_mm_s;
         for i in first..=last {
-            let Ahead::Piece { piece, junction } = &mut self.queue[i].item else { continue };
+            let Ahead::Piece(piece) = &mut self.queue[i].item else { continue };
+            let junction = &mut piece.junction;
             if speed_sq < junction.speed_sq_max {
                 junction.speed_sq_max = speed_sq;
                 junction.bound = Bound::Tick;

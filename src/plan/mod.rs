@@ -23,6 +23,7 @@ mod corner;
 mod cost;
 mod decisions;
 mod explain;
+mod groups;
 mod hairpin;
 mod jerk;
 mod junction;

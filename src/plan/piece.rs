@@ -10,12 +10,14 @@
 
 use std::sync::Arc;
 
+use smallvec::SmallVec;
+
 use crate::base::machine::AxisProfile;
-use crate::base::{Axis, Machine, Point};
+use crate::base::{Axis, Machine};
 use crate::path::{Curve, Rates, Segment, Span};
 
 use super::jerk::JerkLimit;
-use super::junction::Junction;
+use super::junction::{Bend, Junction};
 use super::{Bound, Ramp, hairpin};
 
 /// How far a curve turns in a piece at most: 1.25 degrees.
@@ -42,6 +44,11 @@ const COUNT_MARGIN: f64 = 1e-6;
 /// Where one end uses all of a limit, what is left for the other must not hang on rounding.
 const PULL_SLACK: f64 = 1e-9;
 
+/// A bent piece that takes less than this share of the time in which its greatest acceleration grows is
+/// run with one: speeding up within it by what the jerk j allows in a time t, and braking again, gains
+/// j·t²/32 at the mean. On the STARMILL that is 0.04 mm/s, of 20.
+const BRIEF_SHARE: f64 = 0.5;
+
 /// Squares of speeds that differ by less than this share are those of the same speed.
 pub const SPEEDS_EQUAL: f64 = 1e-7;
 
@@ -60,6 +67,8 @@ pub struct Piece {
     pub bounds: [Bound; 2],
     /// How much jerk its axes stand.
     pub jerk: JerkLimit,
+    /// How it begins where the piece before ends.
+    pub junction: Junction,
     grip: Grip,
 }
 
@@ -69,9 +78,12 @@ enum Grip {
     /// Acceleration along a line.
     Straight { accel_mm_s2: f64 },
     /// Conditions on the squares of the speeds at both ends of a bent piece; and the acceleration
-    /// that its bends leave at the speeds whose squares stand beside them.
-    Bent { pulls: Vec<Pull>, accel_mm_s2: f64, bends: Box<[Point; 2]>, fastest_sq: [f64; 2] },
+    /// that its bends leave.
+    Bent { pulls: Pulls, accel_mm_s2: f64 },
 }
+
+/// As many as X, Y and Z have are kept in place.
+type Pulls = SmallVec<[Pull; PULLS_MOSTLY]>;
 
 /// `from · u₀ + to · u₁` has to lie between -1 and 1.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +101,7 @@ impl Piece {
         machine: &Machine,
         ramps: bool,
         first: Junction,
-        mut take: impl FnMut(Piece, Junction),
+        mut take: impl FnMut(Piece),
     ) {
         if let Curve::Spline(spline) = &segment.curve {
             return Piece::cut_spline(segment, spline.spans(), machine, ramps, first, take);
@@ -109,6 +121,9 @@ impl Piece {
         let count = count.max(least).ceil() as u64;
         let length_mm = length_mm / count as f64;
         let (mut from, mut junction) = (0.0, first);
+        if count == 1 && turn_rad == 0.0 {
+            return take(Piece { junction, ..whole });
+        }
         let mut rates_from = segment.rates_at(from);
         for k in 1..=count {
             let to = k as f64 / count as f64;
@@ -121,8 +136,8 @@ impl Piece {
             } else {
                 Piece { shares, length_mm, ..whole.clone() }
             };
-            take(piece, junction);
-            junction = Junction::STRAIGHT;
+            let first = std::mem::replace(&mut junction, Junction::STRAIGHT);
+            take(Piece { junction: first, ..piece });
         }
     }
 
@@ -133,7 +148,7 @@ impl Piece {
         machine: &Machine,
         ramps: bool,
         first: Junction,
-        mut take: impl FnMut(Piece, Junction),
+        mut take: impl FnMut(Piece),
     ) {
         let length_mm = segment.length_mm();
         let mut rates = segment.rates_at(0.0);
@@ -162,9 +177,10 @@ impl Piece {
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
-            piece.split(least, ends, machine, ramps, junction, &mut |mut piece, junction| {
+            piece.junction = junction;
+            piece.split(least, ends, machine, ramps, &mut |mut piece| {
                 piece.bounded_by(limit_sq, Bound::Chord);
-                take(piece, junction);
+                take(piece);
             });
         }
     }
@@ -176,14 +192,13 @@ impl Piece {
         ends: [Rates; 2],
         machine: &Machine,
         ramps: bool,
-        first: Junction,
-        take: &mut impl FnMut(Piece, Junction),
+        take: &mut impl FnMut(Piece),
     ) {
         let count = self.least_count(machine).max(least).ceil() as u64;
         if count == 1 {
-            return take(self, first);
+            return take(self);
         }
-        let (length_mm, mut junction) = (self.length_mm / count as f64, first);
+        let (length_mm, mut junction) = (self.length_mm / count as f64, self.junction);
         let at = |k: u64| k as f64 / count as f64;
         let share = |k: u64| match k {
             k if k == count => self.shares[1],
@@ -196,35 +211,35 @@ impl Piece {
             if !ramps {
                 piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
             }
-            take(piece, junction);
-            junction = Junction::STRAIGHT;
+            piece.junction = std::mem::replace(&mut junction, Junction::STRAIGHT);
+            take(piece);
         }
     }
 
-    /// Takes a line for a piece of a chopped curve where a junction at one of its ends (0 or 1) is a
-    /// point of one. The axes' step of speed is made at the speed of that junction, in the time that
-    /// the line takes, faster between its ends: so much acceleration does it take from the line.
-    pub fn bend(&mut self, end: usize, junction: &Junction, machine: &Machine) {
-        let Some(bend_per_mm) = junction.bend_per_mm else { return };
-        if self.segment.curve != Curve::Line {
+    /// Takes a line for a piece of a chopped curve where the junctions at its ends are points of one. The
+    /// axes' step of speed is made at the speed of that junction, in the time that the line takes, faster
+    /// between its ends: so much acceleration does it take from the line.
+    pub fn bend(&mut self, bends: [Option<Bend>; 2], machine: &Machine) {
+        if self.segment.curve != Curve::Line || bends.iter().all(Option::is_none) {
             return;
         }
         let mut ends = [self.segment.rates_at(0.0); 2];
         let straight_mm_s2 = machine.axes.iter().fold(f64::INFINITY, |least, profile| {
             least.min(profile.accel_max_mm_s2 / ends[0].tangent[profile.axis].abs())
         });
-        let mut fastest_sq = [0.0; 2];
-        if let Grip::Bent { bends, fastest_sq: before_sq, .. } = &self.grip {
-            ends[0].bend_per_mm = bends[0];
-            ends[1].bend_per_mm = bends[1];
-            fastest_sq = *before_sq;
+        for (end, bend) in ends.iter_mut().zip(&bends) {
+            if let Some(bend) = bend {
+                end.bend_per_mm = bend.per_mm;
+            }
         }
-        ends[end].bend_per_mm = bend_per_mm;
         self.hold_jerk(&ends, machine);
         let piece_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
-        let junction_sq = junction.speed_sq_max.min(piece_sq);
-        let peak_sq = (junction_sq + straight_mm_s2 * self.length_mm).min(piece_sq);
-        fastest_sq[end] = (junction_sq * peak_sq).sqrt();
+        let fastest_sq = bends.map(|bend| {
+            let Some(bend) = bend else { return 0.0 };
+            let junction_sq = bend.speed_sq_max.min(piece_sq);
+            let peak_sq = (junction_sq + straight_mm_s2 * self.length_mm).min(piece_sq);
+            (junction_sq * peak_sq).sqrt()
+        });
         self.grip = self.held(&ends, fastest_sq, machine);
     }
 
@@ -288,18 +303,8 @@ impl Piece {
 
     /// How the axes hold a piece with these derivatives at its ends, where these squares of speeds go
     /// with the bends.
-    fn held(&mut self, ends: &[Rates; 2], fastest_sq: [f64; 2], machine: &Machine) -> Grip {
-        let now = ends.each_ref().map(|rates| rates.bend_per_mm);
-        // What it was held by before lends its memory.
-        let none = Grip::Straight { accel_mm_s2: 0.0 };
-        let (mut pulls, bends) = match std::mem::replace(&mut self.grip, none) {
-            Grip::Straight { .. } => (Vec::with_capacity(PULLS_MOSTLY), Box::new(now)),
-            Grip::Bent { mut pulls, mut bends, .. } => {
-                pulls.clear();
-                *bends = now;
-                (pulls, bends)
-            }
-        };
+    fn held(&self, ends: &[Rates; 2], fastest_sq: [f64; 2], machine: &Machine) -> Grip {
+        let mut pulls = Pulls::new();
         let mut accel_mm_s2 = f64::INFINITY;
         for profile in &machine.axes {
             let (axis, limit) = (profile.axis, profile.accel_max_mm_s2);
@@ -319,7 +324,7 @@ impl Piece {
                 accel_mm_s2 = accel_mm_s2.min((limit - across) / rate);
             }
         }
-        Grip::Bent { pulls, accel_mm_s2, bends, fastest_sq }
+        Grip::Bent { pulls, accel_mm_s2 }
     }
 
     fn at_feed(segment: &Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {
@@ -331,6 +336,7 @@ impl Piece {
             ends_sq_max: [feed_mm_s * feed_mm_s; 2],
             bounds: [Bound::Feed; 2],
             jerk: JerkLimit::NONE,
+            junction: Junction::STRAIGHT,
             grip: Grip::Straight { accel_mm_s2: f64::INFINITY },
         }
     }
@@ -478,8 +484,15 @@ impl Piece {
         if cruises { self.bounds[slow] } else { Bound::Acceleration }
     }
 
+    /// Whether it is over before the jerk lets its acceleration grow by [`BRIEF_SHARE`].
+    fn is_brief(&self, ends_mm_s: [f64; 2]) -> bool {
+        let duration_s = 2.0 * self.length_mm / (ends_mm_s[0] + ends_mm_s[1]);
+        self.jerk.along_mm_s3() * duration_s < BRIEF_SHARE * self.accel_max_mm_s2()
+    }
+
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
-    /// acceleration, unless all of it may be as fast as its ends, and leaves room for a greater one.
+    /// acceleration, unless it takes long, all of it may be as fast as its ends, and leaves room for a
+    /// greater one.
     pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
         let speed_max_mm_s = self.speed_sq_max().sqrt();
         let between = |accel_mm_s2: f64| {
@@ -492,7 +505,8 @@ impl Piece {
             Grip::Bent { .. } if ends_mm_s == [0.0; 2] => between(self.accel_max_mm_s2()),
             Grip::Bent { accel_mm_s2, .. } => {
                 let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
-                let has_room = 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
+                let has_room = 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs()
+                    && !self.is_brief(ends_mm_s);
                 if has_room && entry_sq.max(exit_sq) <= self.speed_sq_max() {
                     between(*accel_mm_s2)
                 } else {

@@ -34,6 +34,9 @@ const LONG_SHARE: f64 = 0.4;
 /// So much more than reckoned the ramps of a stop may take on each side, where the plan is unsteady.
 const UNSURE_TICKS: f64 = 1.0;
 
+/// Ticks that an event in a buffer may add to it: it falls on another share of a tick than planned.
+pub const SHIFT_TICKS: f64 = 1.0;
+
 /// A place where a buffer may end.
 #[derive(Clone, Debug)]
 pub struct Place {
@@ -91,7 +94,7 @@ impl Place {
     /// Ticks of a buffer from here to another place, at most: an event between them falls on
     /// another share of a tick than in the plan without seams.
     pub fn ticks_to(&self, end: &Place) -> f64 {
-        let shifted = if end.stretch > self.stretch { 1.0 } else { 0.0 };
+        let shifted = if end.stretch > self.stretch { SHIFT_TICKS } else { 0.0 };
         let waits = (end.waits - self.waits) as f64;
         let ramps = self.after_ticks + end.before_ticks + self.unsure_ticks + end.unsure_ticks;
         end.at_ticks - self.at_ticks + ramps + shifted + waits
@@ -126,7 +129,7 @@ pub struct Places {
 /// A piece, and how the plan runs it.
 #[derive(Debug)]
 struct Run {
-    piece: Piece,
+    piece: Box<Piece>,
     ramp: Ramp,
 }
 
@@ -207,7 +210,7 @@ impl Places {
         }
     }
 
-    fn run(&mut self, piece: Piece, rests: bool, ramp: Ramp) {
+    fn run(&mut self, piece: Box<Piece>, rests: bool, ramp: Ramp) {
         self.catch_up(&piece, rests, &ramp);
         self.line = piece.segment.line;
         self.at_ticks += ramp.duration_s() / self.tick_s;

@@ -12,6 +12,8 @@
 //! With limits on jerk the legs are those of [`super::jerk`]: as many as it takes, in each of which
 //! the acceleration changes evenly.
 
+use smallvec::{SmallVec, smallvec};
+
 use super::jerk::{State, Stretch};
 
 /// Distance along a piece over time: legs of constant jerk, of which that of a trapezoid is zero.
@@ -22,12 +24,8 @@ pub struct Ramp {
     legs: Legs,
 }
 
-/// The legs, in order. Those of a trapezoid are kept in place: they are on the way of every piece.
-#[derive(Clone, Debug, PartialEq)]
-enum Legs {
-    Trapezoid([Leg; 3]),
-    Curved(Box<[Leg]>),
-}
+/// The legs, in order. As many as a trapezoid has are kept in place: most pieces have no more.
+type Legs = SmallVec<[Leg; 3]>;
 
 /// From its start on, one jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,11 +64,11 @@ impl Ramp {
         Ramp {
             length_mm,
             duration_s: down_start_s + down_s,
-            legs: Legs::Trapezoid([
+            legs: smallvec![
                 Leg::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2),
                 Leg::trapezoid(up_s, up_mm, peak_mm_s, 0.0),
                 Leg::trapezoid(down_start_s, up_mm + cruise_mm, peak_mm_s, -accel_mm_s2),
-            ]),
+            ],
         }
     }
 
@@ -79,8 +77,7 @@ impl Ramp {
         let duration_s = 2.0 * length_mm / (entry_mm_s + exit_mm_s);
         let accel_mm_s2 = (exit_mm_s - entry_mm_s) / duration_s;
         let leg = Leg::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2);
-        let never = Leg { start_s: f64::INFINITY, ..leg };
-        Ramp { length_mm, duration_s, legs: Legs::Trapezoid([leg, never, never]) }
+        Ramp { length_mm, duration_s, legs: smallvec![leg] }
     }
 
     /// Along stretches of constant jerk that join and cover a length.
@@ -99,12 +96,12 @@ impl Ramp {
             leg
         };
         let legs = stretches.iter().map(&mut leg).collect();
-        Ramp { length_mm, duration_s: start_s, legs: Legs::Curved(legs) }
+        Ramp { length_mm, duration_s: start_s, legs }
     }
 
     /// Its stretches of constant acceleration or jerk, with places counted from `start_mm`.
     pub fn stretches(&self, start_mm: f64) -> impl DoubleEndedIterator<Item = Stretch> {
-        let legs = self.legs();
+        let legs = &self.legs;
         (0..legs.len()).filter_map(move |i| {
             let next_s = legs.get(i + 1).map_or(f64::INFINITY, |next| next.start_s);
             let leg = legs[i];
@@ -117,13 +114,6 @@ impl Ramp {
             let stretch = Stretch { from, jerk_mm_s3: leg.jerk_mm_s3, duration_s };
             (duration_s > 0.0).then_some(stretch)
         })
-    }
-
-    fn legs(&self) -> &[Leg] {
-        match &self.legs {
-            Legs::Trapezoid(legs) => legs,
-            Legs::Curved(legs) => legs,
-        }
     }
 
     /// How long it takes.
@@ -151,21 +141,26 @@ impl Ramp {
         self.length_mm
     }
 
+    /// The leg under way at a time. Most ramps have three at most: these are gone through from behind.
+    fn leg_at(&self, time_s: f64) -> &Leg {
+        let legs = self.legs.as_slice();
+        match legs {
+            [.., last] if time_s >= last.start_s => last,
+            [_, middle, _] if time_s >= middle.start_s => middle,
+            [first] | [first, _] | [first, _, _] => first,
+            many => {
+                let next = many.partition_point(|leg| leg.start_s <= time_s);
+                &many[next.saturating_sub(1)]
+            }
+        }
+    }
+
     /// How far along the piece at a time after its start.
     pub fn distance_mm(&self, time_s: f64) -> f64 {
         if time_s >= self.duration_s {
             return self.length_mm;
         }
-        let leg = match &self.legs {
-            Legs::Trapezoid(legs) => {
-                let is_on = |leg: &&Leg| time_s >= leg.start_s;
-                legs.iter().rev().find(is_on).unwrap_or(&legs[0])
-            }
-            Legs::Curved(legs) => {
-                let next = legs.partition_point(|leg| leg.start_s <= time_s);
-                &legs[next.saturating_sub(1)]
-            }
-        };
+        let leg = self.leg_at(time_s);
         let since_s = (time_s - leg.start_s).max(0.0);
         let gain_mm_s = (0.5 * leg.accel_mm_s2 + leg.jerk_mm_s3 / 6.0 * since_s) * since_s;
         let distance_mm = leg.start_mm + (leg.speed_mm_s + gain_mm_s) * since_s;

@@ -15,13 +15,15 @@
 //! of them agree on is decided, at the latest after [`OPEN_BUFFERS_MAX`] buffers.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
-use crate::base::Machine;
+use crate::base::{AxisSet, Machine};
 use crate::path::PathItem;
 
 use super::Feed;
 use super::cost::Cost;
 use super::decisions::Decisions;
+use super::groups::{GROUP, Groups};
 use super::places::{Place, Places};
 
 /// Buffers that may stay open before the cheapest way so far is taken.
@@ -126,6 +128,7 @@ struct Choice {
     first: usize,
     /// The last place at which a buffer has to end, by its number.
     forced: usize,
+    groups: Groups,
     seams: Vec<Seam>,
 }
 
@@ -143,8 +146,12 @@ struct Open {
 impl Choice {
     fn new(machine: &Machine, ticks_max: f64) -> Choice {
         let start = Open { place: Place::start(), cost_s: 0.0, buffers: 0, from: 0 };
+        let cost = Cost::new(machine, ticks_max);
+        let mut groups = Groups::default();
+        groups.add(0, &start.place, cost.start_s(start.cost_s, &start.place));
         Choice {
-            cost: Cost::new(machine, ticks_max),
+            cost,
+            groups,
             open: VecDeque::from([start]),
             first: 0,
             forced: 0,
@@ -156,18 +163,67 @@ impl Choice {
     fn push(&mut self, place: Place) {
         let number = self.first + self.open.len();
         let place_s = self.cost.place_s(&place);
-        let mut best: Option<(f64, usize)> = None;
-        let mut moving = place.moving;
-        let mut fill_s = self.cost.fill_s(moving);
         let earliest = self.forced.max(self.first);
-        for (from, start) in (earliest..number).zip(self.open.range(earliest - self.first..)).rev()
-        {
-            if !self.cost.reaches(&start.place, &place) {
+        // Where a place cannot be reached with one buffer it is no place.
+        let best = self.cheapest_start(&place, earliest);
+        let (start_s, from) = best.unwrap_or((f64::INFINITY, earliest));
+        let buffers = self.open[from - self.first].buffers + 1;
+        if place.is_forced {
+            self.forced = number;
+        }
+        let cost_s = start_s + place_s;
+        self.groups.add(number, &place, self.cost.start_s(cost_s, &place));
+        self.open.push_back(Open { place, cost_s, buffers, from });
+        if self.open.len().is_multiple_of(1024) {
+            self.decide();
+        }
+    }
+
+    /// Where the cheapest buffer to a place begins, of those from a number on, with the cost up to the
+    /// buffer's end; the latest of equal ones. Groups of places are looked at in the order of the
+    /// least that they may cost, until no other can be better.
+    fn cheapest_start(&self, place: &Place, earliest: usize) -> Option<(f64, usize)> {
+        let number = self.first + self.open.len();
+        let mut bounds = Vec::with_capacity(32);
+        let mut moving = place.moving;
+        for group in (earliest / GROUP..=(number - 1) / GROUP).rev() {
+            let last = ((group + 1) * GROUP).min(number) - 1;
+            if !self.cost.reaches(&self.open[last - self.first].place, place) {
                 break;
             }
-            if let Some(pads_s) = self.cost.pads_s(&start.place, &place) {
-                let cost_s = start.cost_s + fill_s + pads_s + place_s;
-                if best.is_none_or(|(least_s, _)| cost_s < least_s - TIE_S) {
+            let least_s = self.groups.least_s(group) + self.cost.end_s(place);
+            bounds.push((least_s + self.cost.fill_s(moving), group, moving));
+            moving = moving.union(self.groups.moving(group));
+        }
+        bounds.sort_by(|(a_s, ..), (b_s, ..)| a_s.total_cmp(b_s));
+        let mut best: Option<(f64, usize)> = None;
+        for (bound_s, group, moving) in bounds {
+            if best.is_some_and(|(least_s, _)| bound_s > least_s + TIE_S) {
+                break;
+            }
+            let range = (group * GROUP).max(earliest)..((group + 1) * GROUP).min(number);
+            best = self.cheaper(best, range, place, moving);
+        }
+        best
+    }
+
+    /// The better of a start and the best of a range, behind which these axes move.
+    fn cheaper(
+        &self,
+        mut best: Option<(f64, usize)>,
+        range: Range<usize>,
+        place: &Place,
+        mut moving: AxisSet,
+    ) -> Option<(f64, usize)> {
+        let mut fill_s = self.cost.fill_s(moving);
+        for from in range.rev() {
+            let start = &self.open[from - self.first];
+            if let Some(pads_s) = self.cost.pads_s(&start.place, place) {
+                let cost_s = start.cost_s + fill_s + pads_s;
+                let is_better = best.is_none_or(|(least_s, latest)| {
+                    cost_s < least_s - TIE_S || cost_s <= least_s + TIE_S && from > latest
+                });
+                if is_better {
                     best = Some((cost_s, from));
                 }
             }
@@ -176,16 +232,7 @@ impl Choice {
                 (moving, fill_s) = (all, self.cost.fill_s(all));
             }
         }
-        // Where a place cannot be reached with one buffer it is no place.
-        let (cost_s, from) = best.unwrap_or((f64::INFINITY, earliest));
-        let buffers = self.open[from - self.first].buffers + 1;
-        if place.is_forced {
-            self.forced = number;
-        }
-        self.open.push_back(Open { place, cost_s, buffers, from });
-        if self.open.len().is_multiple_of(1024) {
-            self.decide();
-        }
+        best
     }
 
     /// Gives out the seams that every cheapest way to the places of the last buffer shares.
@@ -249,6 +296,7 @@ impl Choice {
         }
         self.open.drain(..place - self.first);
         self.first = place;
+        self.groups.forget_before(place);
         self.forced = self.forced.max(place);
         // What is not reached by way of the place decided is not reached any more.
         for at in 1..self.open.len() {

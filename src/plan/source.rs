@@ -65,14 +65,13 @@ impl<'a> Cutter<'a> {
         let ramps = self.feed != Feed::Constant;
         let (ready, seams, next_seam) = (&mut self.ready, self.seams, &mut self.next_seam);
         let (machine, mut is_at_seam) = (self.machine, false);
-        Piece::cut(&segment, machine, ramps, junction, |mut piece, junction| {
-            let end = piece.shares[1];
-            let junction = if is_at_seam { Junction::REST } else { junction };
-            if ramps {
-                piece.bend(0, &junction, machine);
+        Piece::cut(&segment, machine, ramps, junction, |piece| {
+            let mut piece = Box::new(piece);
+            if is_at_seam {
+                piece.junction = Junction::REST;
             }
-            ready.push_back(Ahead::Piece { piece, junction });
-            let seam = seams.at(*next_seam, index, end);
+            let seam = seams.at(*next_seam, index, piece.shares[1]);
+            ready.push_back(Ahead::Piece(piece));
             is_at_seam = seam.is_some();
             if let Some(kind) = seam {
                 *next_seam += 1;

@@ -10,6 +10,21 @@ fn read(line: &[u8]) -> (Block, Vec<&'static str>) {
     (block, faults.iter().map(|fault| fault.rule.name).collect())
 }
 
+/// Hands out so many bytes at a time.
+struct Pieces<'a> {
+    text: &'a [u8],
+    bytes: usize,
+}
+
+impl Read for Pieces<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let (piece, rest) = self.text.split_at(self.bytes.min(self.text.len()));
+        out[..piece.len()].copy_from_slice(piece);
+        self.text = rest;
+        Ok(piece.len())
+    }
+}
+
 fn check(line: &str, canonical: &str, faults: &[&str]) {
     let (block, found) = read(line.as_bytes());
     assert_eq!((block.to_string().as_str(), found.as_slice()), (canonical, faults), "{line}");
@@ -194,6 +209,33 @@ proptest! {
         let (again, faults) = read(block.to_string().as_bytes());
         prop_assert_eq!(faults.len(), 0, "{}", block);
         prop_assert_eq!(block, again);
+    }
+
+    /// Wherever what has been read of the text ends, each line is what it is by itself.
+    #[test]
+    fn lines_of_a_text_are_read_as_lines(
+        lines in proptest::collection::vec(
+            "(/|%| )?(N[0-9]{1,3} ?)?(G[0-3] ?)?(X-?[0-9]{0,9}\\.?[0-9]{0,9} {0,2}){0,2}\
+             (Y#1|\\(a\\)|;b|\x1a|Z)?(\n|\r|\r\n)?",
+            0..12,
+        ),
+        bytes in 1..60_usize,
+    ) {
+        let text = lines.concat();
+        let mut one_by_one = Lines::new(text.as_bytes(), 0, 1);
+        let mut all = Lines::new(Pieces { text: text.as_bytes(), bytes }, 0, 1);
+        let (mut block, mut faults) = (Block::default(), Vec::new());
+        loop {
+            faults.clear();
+            let line = parse_next(&mut all, &mut block, &mut faults).unwrap();
+            prop_assert_eq!(line, one_by_one.next_line().unwrap());
+            let Some(line) = line else { break };
+            let (mut alone, mut faults_alone) = (Block::default(), Vec::new());
+            parse(line.bytes, &mut alone, &mut faults_alone);
+            prop_assert_eq!(format!("{:?}", block.words()), format!("{:?}", alone.words()));
+            prop_assert_eq!(&block, &alone);
+            prop_assert_eq!(format!("{faults:?}"), format!("{faults_alone:?}"));
+        }
     }
 
     #[test]

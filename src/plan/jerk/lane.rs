@@ -1,6 +1,7 @@
 //! The way as stretches with a greatest speed, and speeding up below it.
 
 use super::super::piece::Piece;
+use super::bracket::Bracket;
 use super::stretch::{State, Stretch};
 
 /// On bent pieces the acceleration is constant and steps from one to the next: by what the jerk makes
@@ -83,7 +84,13 @@ impl Lane {
 
     /// Whether a state is faster than the lane.
     pub fn is_over(&self, state: &State) -> bool {
-        state.speed_mm_s > self.at(state.at_mm).speed_mm_s * (1.0 + SAME) + 1e-12
+        self.excess(state) > 0.0
+    }
+
+    /// By which share of the lane's speed a state is faster, less what rounding makes.
+    pub fn excess(&self, state: &State) -> f64 {
+        let limit_mm_s = self.at(state.at_mm).speed_mm_s;
+        state.speed_mm_s / (limit_mm_s * (1.0 + SAME) + 1e-12) - 1.0
     }
 
     /// The lane's motion at a place.
@@ -96,13 +103,9 @@ impl Lane {
 
     /// When a stretch that starts on or below the lane and ends above it crosses it.
     fn meeting_s(&self, stretch: &Stretch) -> f64 {
-        let (mut low_s, mut high_s) = (0.0, stretch.duration_s);
-        while high_s - low_s > 1e-12 + 1e-12 * high_s {
-            let middle_s = 0.5 * (low_s + high_s);
-            let over = self.is_over(&stretch.after(middle_s));
-            *if over { &mut high_s } else { &mut low_s } = middle_s;
-        }
-        low_s
+        let excess = |time_s| self.excess(&stretch.after(time_s));
+        let range_s = [0.0, stretch.duration_s];
+        Bracket::new(range_s, range_s.map(excess)).solve(1e-12, 1e-12, excess)
     }
 }
 

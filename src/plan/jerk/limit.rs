@@ -80,6 +80,11 @@ impl JerkLimit {
         limit
     }
 
+    /// The greatest jerk along the path where it is straight.
+    pub fn along_mm_s3(&self) -> f64 {
+        self.along_mm_s3
+    }
+
     /// Whether an axis that moves has a limit.
     pub fn is_limited(&self) -> bool {
         self.along_mm_s3 < UNLIMITED_MM_S3

@@ -10,9 +10,10 @@
 //! that braking at the end of what is known leaves alone, with as much again for safety: memory is
 //! that of twice the way that braking takes.
 //!
-//! [`limit`] says how much jerk a piece allows, [`stretch`] and [`lane`] are the motion's parts. No
-//! tick and no axis is known here.
+//! [`limit`] says how much jerk a piece allows, [`stretch`] and [`lane`] are the motion's parts,
+//! [`bracket`] finds where they meet. No tick and no axis is known here.
 
+mod bracket;
 mod fall;
 mod lane;
 mod limit;
@@ -26,7 +27,6 @@ pub use stretch::{State, Stretch};
 use std::collections::VecDeque;
 
 use super::Ramp;
-use super::junction::Junction;
 use super::lookahead::Decided;
 use super::piece::Piece;
 use round::{Part, Rounding};
@@ -37,9 +37,8 @@ const RUNS_MIN: usize = 256;
 /// A piece with the speeds that constant accelerations give it.
 #[derive(Debug)]
 struct Run {
-    piece: Piece,
-    junction: Junction,
-    ends_mm_s: [f64; 2],
+    piece: Box<Piece>,
+    ramp: Ramp,
     at_seam: bool,
 }
 
@@ -86,10 +85,10 @@ impl Smoother {
 
     /// Takes the next item. The path ends at rest.
     pub fn push(&mut self, decided: Decided) {
-        let Decided::Piece { piece, junction, ends_mm_s, at_seam, .. } = decided else {
+        let Decided::Piece { piece, ends_mm_s, ramp, at_seam } = decided else {
             return self.ready.push_back(decided);
         };
-        self.runs.push(Run { piece, junction, ends_mm_s, at_seam });
+        self.runs.push(Run { piece, ramp, at_seam });
         if ends_mm_s[1] == 0.0 {
             self.smooth(true);
             self.state = State::default();
@@ -112,8 +111,7 @@ impl Smoother {
         let mut start_mm = 0.0;
         for (i, run) in self.runs.iter().enumerate() {
             let end_mm = start_mm + run.piece.length_mm;
-            let ramp = run.piece.ramp(run.ends_mm_s);
-            let mut stretches = ramp.stretches(start_mm).peekable();
+            let mut stretches = run.ramp.stretches(start_mm).peekable();
             while let Some(stretch) = stretches.next() {
                 let end_mm = stretches.peek().map_or(end_mm, |next| next.from.at_mm);
                 plan.push(Lane { stretch, end_mm, run: i });
@@ -138,8 +136,9 @@ impl Smoother {
     fn give_out(&mut self, parts: &[Part], count: usize, rests: bool) {
         let mut parts = parts.iter().peekable();
         let mut entry_mm_s = self.state.speed_mm_s;
+        let mut stretches = Vec::new();
         for (i, run) in self.runs.drain(..count).enumerate() {
-            let mut stretches = Vec::new();
+            stretches.clear();
             while let Some(part) = parts.next_if(|part| part.run == i) {
                 stretches.push(part.stretch);
             }
@@ -149,8 +148,8 @@ impl Smoother {
             let ramp = Ramp::along(run.piece.length_mm, &stretches);
             let ends_mm_s = [entry_mm_s, exit_mm_s];
             entry_mm_s = exit_mm_s;
-            let Run { piece, junction, at_seam, .. } = run;
-            let decided = Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam };
+            let Run { piece, at_seam, .. } = run;
+            let decided = Decided::Piece { piece, ends_mm_s, ramp, at_seam };
             self.ready.push_back(decided);
         }
     }
@@ -182,6 +181,7 @@ mod tests {
     use super::*;
     use crate::base::{Axis, Machine, Plane, Point};
     use crate::path::{Arc, Curve, Segment};
+    use crate::plan::junction::Junction;
 
     /// Pieces of circles of changing radius that join, and the greatest speeds on them.
     fn decided(machine: &Machine) -> Vec<Decided> {
@@ -204,7 +204,7 @@ mod tests {
             let curve = Curve::Arc(arc);
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
             let segment = std::sync::Arc::new(segment);
-            let take = |piece, _| pieces.push(piece);
+            let take = |piece| pieces.push(piece);
             Piece::cut(&segment, machine, true, Junction::STRAIGHT, take);
         }
         let mut speeds_sq = vec![0.0; pieces.len() + 1];
@@ -217,9 +217,9 @@ mod tests {
         }
         let ends = |i: usize| [speeds_sq[i].sqrt(), speeds_sq[i + 1].sqrt()];
         let decide = |(i, piece): (usize, Piece)| {
-            let (junction, ends_mm_s, at_seam) = (Junction::STRAIGHT, ends(i), false);
+            let (ends_mm_s, at_seam) = (ends(i), false);
             let ramp = piece.ramp(ends_mm_s);
-            Decided::Piece { piece, junction, ends_mm_s, ramp, at_seam }
+            Decided::Piece { piece: Box::new(piece), ends_mm_s, ramp, at_seam }
         };
         pieces.into_iter().enumerate().map(decide).collect()
     }

@@ -12,12 +12,24 @@
 //! greatest one, and that is it: the later P, the faster. Where P cannot be found (rounding), the
 //! acceleration steps: speeds and accelerations stay within their limits whatever happens.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use super::Run;
+use super::bracket::Bracket;
 use super::lane::{Lane, SAME};
 use super::stretch::{State, Stretch};
 
 /// How exactly P is found.
 const P_ERROR_S: f64 = 1e-11;
+
+/// The same as a share of a step of acceleration.
+const P_ERROR_SHARE: f64 = 1e-8;
+
+/// An arc this near to the ceiling, as a share of its speed, touches it: twice what counts as the same.
+const TOUCH_ERROR: f64 = 2.0 * SAME;
+
+/// An arc is furthest above a lane where it gains nothing on it, but for this share of what it gained.
+const GAIN_ERROR: f64 = 1e-6;
 
 /// An arc has the acceleration of the ceiling where it touches, but for this share of the greatest:
 /// what is left of the error in its place.
@@ -52,8 +64,32 @@ impl Part {
 #[derive(Clone, Copy, Debug)]
 struct Hit {
     at_mm: f64,
-    /// On the ceiling; or at a piece that allows less acceleration.
-    is_ceiling: bool,
+    /// The ceiling's acceleration there; none at a piece that allows less acceleration.
+    ceiling_mm_s2: Option<f64>,
+}
+
+/// How near an arc comes to what is not allowed.
+#[derive(Clone, Copy, Debug)]
+struct Reach {
+    /// By which share of the ceiling's speed it is above; below zero, by which it stays below. Infinite where
+    /// there is no measure of it.
+    excess: f64,
+    /// Where that is.
+    place: Option<Hit>,
+}
+
+impl Reach {
+    /// It stays away.
+    const CLEAR: Reach = Reach { excess: f64::NEG_INFINITY, place: None };
+
+    fn is_over(&self) -> bool {
+        self.excess > 0.0
+    }
+
+    /// Whether it is as near as it can be without being over.
+    fn touches(&self) -> bool {
+        self.excess <= 0.0 && self.excess >= -TOUCH_ERROR
+    }
 }
 
 /// What a climb or the ceiling itself offers next.
@@ -64,6 +100,13 @@ struct Offer {
     follows: bool,
     /// It ends where the lane does, and not before by meeting the ceiling.
     ends_lane: bool,
+}
+
+/// Where an arc begins: the way to it, and where it touches.
+struct Leave {
+    before: [Stretch; 2],
+    from: State,
+    hit: Hit,
 }
 
 /// Rounds the peaks below a ceiling.
@@ -193,7 +236,7 @@ impl<'a> Rounding<'a> {
         if offer.follows && self.is_before_break(&offer.end, self.lane) {
             return true;
         }
-        self.sweep(offer.end, next).is_none()
+        !self.sweep(offer.end, next).is_over()
     }
 
     /// Whether an arc from a state in a lane brakes as the ceiling does anywhere, before that breaks
@@ -220,36 +263,12 @@ impl<'a> Rounding<'a> {
 
     /// Leaves what is offered at the last place from which an arc is allowed, and follows the arc.
     fn turn(&mut self, offer: &Offer) {
-        if self.sweep(self.state, self.lane).is_some() {
+        let Some(Leave { before, from, hit }) = self.leave(offer) else {
             return self.accept(offer);
-        }
-        let [first, second] = offer.stretches;
-        let run = self.lanes[self.lane].run;
-        let on_second = second.duration_s > 0.0 && self.sweep(second.from, self.lane).is_none();
-        let stretch = if on_second { second } else { first };
-        let (mut low_s, mut high_s) = (0.0, stretch.duration_s);
-        let end = State { at_mm: offer.end.at_mm, ..stretch.end() };
-        let next = self.lane + usize::from(offer.ends_lane);
-        let last = if on_second || second.duration_s == 0.0 { self.sweep(end, next) } else { None };
-        let mut hit = last;
-        while high_s - low_s > P_ERROR_S || hit.is_none() {
-            let middle_s = 0.5 * (low_s + high_s);
-            if middle_s <= low_s || middle_s >= high_s {
-                break;
-            }
-            match self.sweep(stretch.after(middle_s), self.lane) {
-                Some(found) => (high_s, hit) = (middle_s, Some(found)),
-                None => low_s = middle_s,
-            }
-        }
-        let Some(hit) = hit else { return self.accept(offer) };
-        let leaves = Stretch { duration_s: low_s, ..stretch };
-        let (from, count) = (leaves.end(), self.parts.len());
-        for part in [first, leaves].into_iter().skip(usize::from(!on_second)) {
-            if part.duration_s > 0.0 {
-                let lands_mm = part.from.at_mm;
-                self.parts.push(Part { stretch: part, run, lands_mm });
-            }
+        };
+        let (run, count) = (self.lanes[self.lane].run, self.parts.len());
+        for stretch in before.into_iter().filter(|stretch| stretch.duration_s > 0.0) {
+            self.parts.push(Part { stretch, run, lands_mm: stretch.from.at_mm });
         }
         if hit.at_mm <= self.state.at_mm {
             self.state = from;
@@ -257,6 +276,81 @@ impl<'a> Rounding<'a> {
             self.parts.truncate(count);
             self.accept(offer);
         }
+    }
+
+    /// The last place on what is offered from which an arc is allowed, if there is one.
+    fn leave(&self, offer: &Offer) -> Option<Leave> {
+        let start = self.sweep(self.state, self.lane);
+        if start.is_over() {
+            return None;
+        }
+        let ([first, second], accel_mm_s2) = (offer.stretches, self.state.accel_mm_s2);
+        let none = Stretch { duration_s: 0.0, ..first };
+        // Between bent pieces the acceleration may step up: then P lies within the step.
+        let step_mm_s2 = first.from.accel_mm_s2 - accel_mm_s2;
+        let risen = if step_mm_s2 > 0.0 { self.sweep(first.from, self.lane) } else { start };
+        if risen.is_over() {
+            let at = |share| State { accel_mm_s2: accel_mm_s2 + share * step_mm_s2, ..self.state };
+            let (share, hit) =
+                self.last_free([0.0, 1.0], [start, risen], None, P_ERROR_SHARE, at)?;
+            return Some(Leave { before: [none; 2], from: at(share), hit });
+        }
+        let ends_mm = State { at_mm: offer.end.at_mm, ..second.end() };
+        let beyond = || self.sweep(ends_mm, self.lane + usize::from(offer.ends_lane));
+        let on = |stretch: Stretch, ends: [Reach; 2]| {
+            let range_s = [0.0, stretch.duration_s];
+            let guess_s = self.guess_s(&stretch, ends[1]);
+            let (time_s, hit) =
+                self.last_free(range_s, ends, guess_s, P_ERROR_S, |time_s| stretch.after(time_s))?;
+            Some((Stretch { duration_s: time_s, ..stretch }, hit))
+        };
+        if second.duration_s <= 0.0 {
+            let (leaves, hit) = on(first, [risen, beyond()])?;
+            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+        }
+        let middle = self.sweep(second.from, self.lane);
+        if middle.is_over() {
+            let (leaves, hit) = on(first, [risen, middle])?;
+            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+        }
+        let (leaves, hit) = on(second, [middle, beyond()])?;
+        Some(Leave { before: [first, leaves], from: leaves.end(), hit })
+    }
+
+    /// When an arc leaves a stretch that ends on a steady ceiling, and is then faster by c: c/2j before
+    /// its end, from a steady acceleration; (1 - 1/√2)·c/j from one that grows.
+    fn guess_s(&self, stretch: &Stretch, end: Reach) -> Option<f64> {
+        let (state, lane) = (stretch.end(), &self.lanes[self.lane]);
+        let fall_mm_s2 = state.accel_mm_s2 - end.place?.ceiling_mm_s2?;
+        let share = if stretch.jerk_mm_s3 > 0.0 { 1.0 - FRAC_1_SQRT_2 } else { 0.5 };
+        let guess_s = stretch.duration_s - share * fall_mm_s2 / self.jerk_mm_s3(lane, &state);
+        (guess_s > 0.0 && guess_s < stretch.duration_s).then_some(guess_s)
+    }
+
+    /// The last place of a range from which an arc is allowed, and where that touches, if the arc from its
+    /// start is and that from its end is not.
+    fn last_free(
+        &self,
+        range: [f64; 2],
+        ends: [Reach; 2],
+        mut first: Option<f64>,
+        error: f64,
+        at: impl Fn(f64) -> State,
+    ) -> Option<(f64, Hit)> {
+        let mut bracket = Bracket::new(range, ends.map(|reach| reach.excess));
+        let mut hit = ends[1].place;
+        let error = |hit: Option<Hit>| if hit.is_some() { error } else { 0.0 };
+        while let Some(place) = first.take().or_else(|| bracket.guess(error(hit))) {
+            let reach = self.sweep(at(place), self.lane);
+            bracket.take(place, reach.excess);
+            if reach.is_over() || reach.touches() {
+                hit = reach.place;
+            }
+            if reach.touches() {
+                break;
+            }
+        }
+        hit.map(|hit| (bracket.low, hit))
     }
 
     /// Follows the arc from a state to where it touches; not if it does not touch there.
@@ -278,7 +372,7 @@ impl<'a> Rounding<'a> {
             }
             state = end;
         }
-        if hit.is_ceiling {
+        if hit.ceiling_mm_s2.is_some() {
             let lane = &self.lanes[number];
             let ceiling = lane.at(hit.at_mm);
             if (state.speed_mm_s - ceiling.speed_mm_s).abs() > LANDING_SPEED * ceiling.speed_mm_s {
@@ -290,7 +384,7 @@ impl<'a> Rounding<'a> {
                 state.accel_mm_s2 = ceiling.accel_mm_s2;
             }
         }
-        (self.state, self.lane, self.follows) = (state, number, hit.is_ceiling);
+        (self.state, self.lane, self.follows) = (state, number, hit.ceiling_mm_s2.is_some());
         true
     }
 
@@ -339,9 +433,9 @@ impl<'a> Rounding<'a> {
         self.runs[lane.run].piece.jerk.jerk_mm_s3(state.speed_mm_s, state.accel_mm_s2)
     }
 
-    /// Where the arc from a state in a lane leaves what is allowed, if it does.
-    fn sweep(&self, from: State, first: usize) -> Option<Hit> {
-        let mut state = from;
+    /// How near the arc from a state in a lane comes to what is not allowed.
+    fn sweep(&self, from: State, first: usize) -> Reach {
+        let (mut state, mut nearest) = (from, Reach::CLEAR);
         let mut run_before = if first > 0 { Some(self.lanes[first - 1].run) } else { None };
         for (i, lane) in self.lanes.iter().enumerate().skip(first) {
             let entered = run_before.replace(lane.run) != Some(lane.run);
@@ -351,48 +445,58 @@ impl<'a> Rounding<'a> {
             let ceiling = lane.at(state.at_mm);
             let falls = state.accel_mm_s2 <= ceiling.accel_mm_s2;
             if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
-                return None;
+                return nearest;
             }
             if entered && self.is_too_much(lane, &state) {
-                return Some(Hit { at_mm: state.at_mm, is_ceiling: false });
+                let hit = Hit { at_mm: state.at_mm, ceiling_mm_s2: None };
+                return Reach { excess: f64::INFINITY, place: Some(hit) };
             }
             let (stretches, end) = self.braking(i, &state, lane.end_mm);
-            let hit = stretches.iter().find_map(|arc| touch(arc, lane));
-            let is_done = end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[i];
-            if hit.is_some() || is_done {
-                return hit;
+            for arc in &stretches {
+                let reach = touch(arc, lane);
+                if reach.is_over() {
+                    return reach;
+                }
+                if reach.excess > nearest.excess {
+                    nearest = reach;
+                }
+            }
+            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[i] {
+                return nearest;
             }
             state = end;
         }
-        None
+        nearest
     }
 }
 
-/// Where an arc is furthest above a lane, if it is above it anywhere.
-fn touch(arc: &Stretch, lane: &Lane) -> Option<Hit> {
+/// How an arc comes to a lane where it is nearest to it, or furthest above.
+fn touch(arc: &Stretch, lane: &Lane) -> Reach {
     let end = arc.end();
-    let over =
-        |state: &State| lane.is_over(state).then_some(Hit { at_mm: state.at_mm, is_ceiling: true });
-    let gains = |state: &State| state.accel_mm_s2 > lane.at(state.at_mm).accel_mm_s2;
-    if gains(&end) {
-        return over(&end);
+    let reach = |state: &State| {
+        let ceiling_mm_s2 = Some(lane.at(state.at_mm).accel_mm_s2);
+        Reach { excess: lane.excess(state), place: Some(Hit { at_mm: state.at_mm, ceiling_mm_s2 }) }
+    };
+    let only_over = |reach: Reach| if reach.is_over() { reach } else { Reach::CLEAR };
+    let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.at(state.at_mm).accel_mm_s2;
+    let last_mm_s2 = gains_mm_s2(&end);
+    if last_mm_s2 > 0.0 {
+        return only_over(reach(&end));
     }
-    if !gains(&arc.from) {
-        return over(&arc.from);
+    let first_mm_s2 = gains_mm_s2(&arc.from);
+    // On the ceiling it gains nothing but rounding.
+    if first_mm_s2 <= SAME * (arc.from.accel_mm_s2.abs() + end.accel_mm_s2.abs()) {
+        return only_over(reach(&arc.from));
     }
-    if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
-        let gained_mm_s2 = arc.from.accel_mm_s2 - lane.stretch.from.accel_mm_s2;
-        return over(&arc.after(gained_mm_s2 / -arc.jerk_mm_s3));
-    }
-    let (mut low_s, mut high_s) = (0.0, arc.duration_s);
-    while high_s - low_s > P_ERROR_S {
-        let middle_s = 0.5 * (low_s + high_s);
-        if middle_s <= low_s || middle_s >= high_s {
-            break;
-        }
-        *if gains(&arc.after(middle_s)) { &mut low_s } else { &mut high_s } = middle_s;
-    }
-    over(&arc.after(low_s))
+    let time_s = if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
+        first_mm_s2 / -arc.jerk_mm_s3
+    } else {
+        // Its height changes with the square of what is left of the gain.
+        let loses_mm_s2 = |time_s| -gains_mm_s2(&arc.after(time_s));
+        let bracket = Bracket::new([0.0, arc.duration_s], [-first_mm_s2, -last_mm_s2]);
+        bracket.solve(P_ERROR_S, GAIN_ERROR * first_mm_s2, loses_mm_s2)
+    };
+    reach(&arc.after(time_s))
 }
 
 /// When the speed is zero with the acceleration falling.

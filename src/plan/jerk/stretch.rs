@@ -1,5 +1,9 @@
 //! Motion with one jerk.
 
+/// Each step of Newton's method doubles the digits: behind one that changes less than this share, the
+/// next would change nothing.
+const NEWTON_LAST: f64 = 1e-8;
+
 /// Where the machine is on its path, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct State {
@@ -55,18 +59,16 @@ impl State {
         // Halving alone is done in 60 rounds.
         for _ in 0..60 {
             let off_mm = way_mm(speed_mm_s, accel_mm_s2, jerk_mm_s3, time_s) - length_mm;
-            if off_mm.abs() <= 1e-15 * length_mm {
-                break;
-            }
             *if off_mm > 0.0 { &mut high_s } else { &mut low_s } = time_s;
             let slope_mm_s = speed_mm_s + (accel_mm_s2 + 0.5 * jerk_mm_s3 * time_s) * time_s;
             let next_s = time_s - off_mm / slope_mm_s;
-            let inside = next_s > low_s && next_s < high_s;
+            let inside = next_s >= low_s && next_s <= high_s;
             let next_s = if inside { next_s } else { 0.5 * (low_s + high_s) };
-            if next_s == time_s {
+            let is_found = (next_s - time_s).abs() <= NEWTON_LAST * time_s;
+            time_s = next_s;
+            if inside && is_found {
                 break;
             }
-            time_s = next_s;
         }
         time_s
     }

@@ -36,7 +36,12 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
     let (tools, _) = input::tools(args.tools.as_deref())?;
     let options = Options { start_mm, tools, ..args.language.options(&args.file) };
-    let checked = interp::check(&source, &machine, &options, global.max_errors)?;
+    let is_listed = global.json || !global.quiet;
+    let (checked, record) = if is_listed {
+        interp::check_and_record(&source, &machine, &options, global.max_errors)?
+    } else {
+        (interp::check(&source, &machine, &options, global.max_errors)?, None)
+    };
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
     let mut errors = checked.diagnostics.iter().filter(as_json);
@@ -49,7 +54,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if checked.errors > 0 {
         return Ok(Exit::BadInput);
     }
-    if global.quiet && !global.json {
+    if !is_listed {
         return Ok(Exit::Ok);
     }
     let axes = Axis::ALL
@@ -63,9 +68,16 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if !global.json {
         listing.head()?;
     }
-    let mut motions = interp::motions(&source, &machine, &options);
-    while let Some(motion) = motions.read()? {
-        listing.write(motion)?;
+    if let Some(record) = record {
+        let mut motions = record.replay();
+        while let Some(motion) = motions.read() {
+            listing.write(motion)?;
+        }
+    } else {
+        let mut motions = interp::motions(&source, &machine, &options);
+        while let Some(motion) = motions.read()? {
+            listing.write(motion)?;
+        }
     }
     listing.finish()?;
     Ok(Exit::Ok)
