@@ -127,7 +127,8 @@ fn root() -> &'static Path {
 
 /// The samples and the corpus, as lines.
 fn seeds() -> Vec<Vec<Vec<u8>>> {
-    let folders = ["samples/good", "samples/bad", "samples/lathe", "fuzz/corpus/program"];
+    let folders =
+        ["samples/good", "samples/bad", "samples/lathe", "samples/fanuc", "fuzz/corpus/program"];
     let entries = folders.iter().flat_map(|folder| fs::read_dir(root().join(folder)));
     let files: BTreeSet<PathBuf> = entries.flatten().flatten().map(|entry| entry.path()).collect();
     // A million calls, in every dialect: nothing else would be tried.

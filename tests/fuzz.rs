@@ -10,7 +10,9 @@ mod body;
 fn what_must_hold_for_any_bytes_holds_for_the_corpus() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut count = 0;
-    for folder in ["fuzz/corpus/program", "samples/good", "samples/bad", "samples/lathe"] {
+    for folder in
+        ["fuzz/corpus/program", "samples/good", "samples/bad", "samples/lathe", "samples/fanuc"]
+    {
         for entry in fs::read_dir(root.join(folder)).unwrap() {
             let path = entry.unwrap().path();
             // These are about size and count: they take long in a debug build, and show nothing here.

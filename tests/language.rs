@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use cnc::base::{Axis, Machine, Source};
-use cnc::gcode::{LATHE_CODES, codes, foreign, rules, words};
+use cnc::gcode::{LATHE_B_CODES, LATHE_CODES, codes, foreign, rules, words};
 use cnc::interp::{self, Bound, Dialect, Motion, Move, MoveKind, Options};
 
 use support::{check, check_with, ideal, moves};
@@ -37,10 +37,10 @@ fn findings(text: &str) -> Vec<String> {
     checked.diagnostics.iter().map(show).collect()
 }
 
-/// What the first two lines of a sample say of it: `(machine: ideal; dialect: fanuc)`.
+/// What the first three lines of a sample say of it: `(machine: ideal; dialect: fanuc)`.
 fn said<'t>(text: &'t str, what: &str) -> Option<&'t str> {
     let what = format!("{what}: ");
-    let (_, rest) = text.lines().take(2).find_map(|line| line.split_once(&what))?;
+    let (_, rest) = text.lines().take(3).find_map(|line| line.split_once(&what))?;
     rest.split([';', ')']).next()
 }
 
@@ -50,7 +50,7 @@ fn good_samples_mean_what_they_meant() {
     assert!(!golden.is_empty());
     for expected in golden {
         let name = expected.file_stem().unwrap().to_str().unwrap();
-        let folders = ["samples/good", "samples/lathe"];
+        let folders = ["samples/good", "samples/lathe", "samples/fanuc"];
         let sample = folders
             .map(|folder| root().join(folder).join(name).with_extension("nc"))
             .into_iter()
@@ -221,6 +221,13 @@ fn the_reference_is_that_of_the_tables() {
         let supported = if code.op.is_some() { "yes" } else { "no" };
         let (name, group) = (code.name(), code.group.name());
         text += &format!("| {name} | {group} | {supported} | {} |\n", code.meaning);
+    }
+    text += "\nIn the dialect `fanuc-lathe-b` (G code system B) G32, G50, G90 to G94, G98 and G99 mean what they \
+             mean on mills, and these are there instead:\n\n| code | group | supported | meaning |\n\
+             |---|---|---|---|\n";
+    for code in LATHE_B_CODES {
+        let (name, group) = (code.name(), code.group.name());
+        text += &format!("| {name} | {group} | yes | {} |\n", code.meaning);
     }
     text += "\n## Codes of other controls\n\nThey mean nothing here, and are refused with what is said \
              below; but for M100 to M199, which are the user's functions and pass as events.\n\n| code | control | meaning there | instead |\n|---|---|---|---|\n";

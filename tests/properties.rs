@@ -287,8 +287,11 @@ fn same(a: &Move, b: &Move) -> bool {
 }
 
 fn check(parts: &[Part], one: Form, other: Form) -> Result<(), TestCaseError> {
-    let (one, other) = (program(parts, one), program(parts, other));
-    let (a, b) = (moves(&one), moves(&other));
+    check_programs(&program(parts, one), &program(parts, other))
+}
+
+fn check_programs(one: &str, other: &str) -> Result<(), TestCaseError> {
+    let (a, b) = (moves(one), moves(other));
     for (at, (a, b)) in a.iter().zip(&b).enumerate() {
         prop_assert!(same(a, b), "move {at}: {a:?}\n{b:?}\n{one}\n{other}");
     }
@@ -364,6 +367,22 @@ proptest! {
     #[test]
     fn subprograms_are_what_they_unroll_to(parts in parts()) {
         check(&parts, METRIC, Form { calls: true, ..METRIC })?;
+    }
+
+    /// Offsets are refused where axes are mirrored or scaled.
+    #[test]
+    fn mirror_images_are_scaled_by_less_than_zero(parts in parts(), axes in 1..8_u8, at in length()) {
+        let text = program(&parts, METRIC);
+        prop_assume!(!text.contains("G52") && !text.contains("G10"));
+        let (mut mirror, mut scaling) = (String::from("G51.1"), String::from("G51"));
+        for (bit, (axis, factor)) in [("X", "I"), ("Y", "J"), ("Z", "K")].into_iter().enumerate() {
+            let is_mirrored = axes & 1 << bit != 0;
+            if is_mirrored {
+                mirror += &format!(" {axis}{at}");
+            }
+            scaling += &format!(" {axis}{at} {factor}{}", if is_mirrored { -1 } else { 1 });
+        }
+        check_programs(&format!("{mirror}\n{text}"), &format!("{scaling}\n{text}"))?;
     }
 
     /// A block with a code more is executed in another way: one that asks what stands in it.

@@ -51,7 +51,7 @@ fn lathe_programs_are_refused_at_the_right_word() {
         ("S9 M3 F.1\nG71 P1 Q2\nN1 G0 X5\nN2 Z-5\nM30", &["missing-word 2:1"]),
         ("S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q3\nN1 G0 X5\nN2 Z-5\nM30", &["unknown-label 4:1"]),
         (
-            "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nG1 Z-5\nX3\nN2 X9 Z-9\nM30",
+            "S9 M3 F.1\nG0 X9 Z1\nG71 U1\nG71 P1 Q2\nN1 G0 X5\nG1 Z-5\nX6 Z-3\nN2 X9 Z-9\nM30",
             &["contour 4:1"],
         ),
         ("S9 M3 F.1\nG0 X9 Z1\nG70 P2 Q1\nN1 G0 X5\nN2 Z-5\nM30", &["unknown-label 3:1"]),
@@ -67,7 +67,7 @@ fn lathe_programs_are_refused_at_the_right_word() {
         ("S9 M3\nG0 X9\nG76 X7 Z-9 P5000 F1\nM30", &["missing-word 3:1"]),
         ("S9 M3\nG0 X9\nG76 P010060\nG76 X7 P500 Q100 F1\nM30", &["missing-word 4:1"]),
         // A finishing cut deeper than the thread, a pull-out longer than it.
-        ("S9 M3\nG0 X9\nG76 P010060 R5\nG76 X7 Z-9 P500 Q100 F1\nM30", &["bad-value 4:12"]),
+        ("S9 M3\nG0 X9\nG76 P010060 R5.\nG76 X7 Z-9 P500 Q100 F1\nM30", &["bad-value 4:12"]),
         ("S9 M3\nG0 X9\nG76 P019960\nG76 X7 Z-9 P500 Q100 F1\nM30", &["bad-value 4:1"]),
         // F is no lead of a turn about Y.
         ("S9 M3\nG32 B60 F1\nM30", &["bad-value 2:1"]),

@@ -14,4 +14,10 @@ G1 ,A60 ,R3
 X40 Y10 ,A-45
 G91 X-10 ,A180 ,C1
 Y-10
+G90 Y0
+G2 X10 Y-20 I-20 J0 ,C3 (a chamfer between an arc and a line, its ends 3 from the corner)
+G1 Y-25
+X-10 ,R4
+,A90 ,C2 (a line whose end the next block tells, behind a corner)
+X-20 Y30 ,A150
 M30

@@ -312,9 +312,9 @@ impl Block {
         self.words.iter().find(|word| letters & letter_bit(word.letter) != 0)
     }
 
-    /// Whether G65 stands there: what goes with it are arguments.
+    /// Whether G65 or G66 stands there: what goes with it are arguments.
     pub fn is_macro_call(&self) -> bool {
-        self.words.iter().any(|word| word.letter == b'G' && word.value == 65.0)
+        self.words.iter().any(|word| word.letter == b'G' && matches!(word.value, 65.0 | 66.0))
     }
 
     /// From the first word to the last, as bytes of the line.

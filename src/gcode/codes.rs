@@ -6,8 +6,8 @@
 use super::block::{COMMA_A, COMMA_C, COMMA_R, letter_bit, letter_name, letter_set};
 
 pub use super::ops::{
-    Cycle, Follow, Function, Groove, Hole, HoleKind, LatheCode, Modes, Op, Pockets, Single,
-    SplineCode, Stock, Turn,
+    Cycle, Follow, Function, Groove, Hole, HoleKind, LatheCode, Length, Macro, Modes, Op, Pockets,
+    Single, SplineCode, Stock, Turn,
 };
 
 /// The modal groups, in the order in which the codes of one block are executed: that of
@@ -39,6 +39,7 @@ pub enum Group {
     Distance,
     ArcDistance,
     Polar,
+    Mirror,
     Scaling,
     Rotation,
     ReturnLevel,
@@ -71,6 +72,7 @@ impl Group {
             Group::Distance => "distance mode",
             Group::ArcDistance => "arc distance mode",
             Group::Polar => "polar coordinates",
+            Group::Mirror => "mirror images",
             Group::Scaling => "scaling",
             Group::Rotation => "rotation",
             Group::ReturnLevel => "return level",
@@ -89,6 +91,7 @@ impl Group {
             | Group::Diameter
             | Group::ArcDistance
             | Group::Polar
+            | Group::Mirror
             | Group::Scaling
             | Group::Rotation => true,
             Group::Units
@@ -165,23 +168,28 @@ const fn row(letter: u8, tenths: u16, group: Group, op: Option<Op>, meaning: &'s
     let words = match op {
         Some(Op::Line) => CORNER_LETTERS,
         Some(Op::ArcClockwise | Op::ArcCounterClockwise) => {
-            ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_R)
+            ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_C) | letter_bit(COMMA_R)
         }
         Some(Op::Spline(code)) => code.words(),
-        Some(Op::Dwell | Op::Return | Op::Override(_)) => letter_bit(b'P'),
+        Some(
+            Op::Dwell | Op::Return | Op::Override(_) | Op::FurtherSystem | Op::GoToReference(1),
+        ) => letter_bit(b'P'),
         Some(Op::Blend) => letter_set("PQ"),
         Some(Op::SurfaceSpeed | Op::Compensate { by_diameter: false, .. }) => letter_bit(b'D'),
         // L, where a lathe tool's tip points to, changes nothing on its path.
         Some(Op::Compensate { by_diameter: true, .. }) => letter_set("DL"),
         Some(Op::SetOffsets) => letter_set("IJLPQR"),
-        Some(Op::LengthOffset | Op::LengthOffsetMore) => letter_bit(b'H'),
+        Some(Op::LengthOffset(Length::Table | Length::Subtracted | Length::More)) => {
+            letter_bit(b'H')
+        }
+        Some(Op::LookAhead) => letter_set("EPQR"),
         Some(Op::Scaling) => letter_set("IJKP"),
         Some(Op::Rotation) => letter_bit(b'R'),
         Some(Op::Cycle(cycle)) => cycle.words(),
         Some(Op::Follow(follow)) => follow.words(),
         Some(Op::Turn(_)) => letter_set("DEIPQR"),
         Some(Op::WaitInput) => letter_set("ELPQ"),
-        Some(Op::Call) => letter_set("PL"),
+        Some(Op::Call { .. }) => letter_set("PL"),
         Some(Op::Function(function)) => function.words(),
         Some(_) | None => 0,
     };
@@ -236,15 +244,19 @@ pub static CODES: &[Code] = &[
     g(411, Group::Compensation, Op::Compensate { left: true, by_diameter: true }, "dynamic cutter compensation, left of the path"),
     g(420, Group::Compensation, Op::Compensate { left: false, by_diameter: false }, "cutter compensation, right of the path"),
     g(421, Group::Compensation, Op::Compensate { left: false, by_diameter: true }, "dynamic cutter compensation, right of the path"),
-    g(430, Group::LengthOffset, Op::LengthOffset, "tool length offset"),
-    g(431, Group::LengthOffset, Op::LengthOffsetByWords, "dynamic tool length offset"),
-    g(432, Group::LengthOffset, Op::LengthOffsetMore, "additional tool length offset"),
-    g(490, Group::LengthOffset, Op::LengthOffsetOff, "tool length offset is off"),
+    g(430, Group::LengthOffset, Op::LengthOffset(Length::Table), "tool length offset"),
+    g(431, Group::LengthOffset, Op::LengthOffset(Length::Words), "dynamic tool length offset"),
+    g(432, Group::LengthOffset, Op::LengthOffset(Length::More), "additional tool length offset"),
+    g(440, Group::LengthOffset, Op::LengthOffset(Length::Subtracted), "tool length offset, subtracted"),
+    g(490, Group::LengthOffset, Op::LengthOffset(Length::Off), "tool length offset is off"),
     g(500, Group::Scaling, Op::ScalingOff, "scaling is off"),
+    g(501, Group::Mirror, Op::Mirror { on: false }, "ends the mirror image of the axes that are named, or of all"),
     g(510, Group::Scaling, Op::Scaling, "scaling"),
+    g(511, Group::Mirror, Op::Mirror { on: true }, "mirror image: each axis word is where that axis is mirrored"),
     g(520, Group::NonModal, Op::LocalOffset, "local coordinate system"),
     g(530, Group::NonModal, Op::MachineCoordinates, "this block's axis words are machine coordinates"),
     g(540, Group::CoordinateSystem, Op::WorkSystem(0), "work coordinate system 1, at the profile's work zero"),
+    g(541, Group::CoordinateSystem, Op::FurtherSystem, "further work coordinate system P, 1 to 300 (G54 P is the same)"),
     g(550, Group::CoordinateSystem, Op::WorkSystem(1), "work coordinate system 2"),
     g(560, Group::CoordinateSystem, Op::WorkSystem(2), "work coordinate system 3"),
     g(570, Group::CoordinateSystem, Op::WorkSystem(3), "work coordinate system 4"),
@@ -256,7 +268,9 @@ pub static CODES: &[Code] = &[
     g(610, Group::PathControl, Op::ExactPath, "keeps to the programmed path exactly"),
     g(611, Group::PathControl, Op::ExactStop, "exact stop at the end of every block"),
     g(640, Group::PathControl, Op::Blend, "blends corners within a tolerance"),
-    g(650, Group::NonModal, Op::MacroCall, "calls the subprogram P with arguments"),
+    g(650, Group::NonModal, Op::Macro(Macro::Call), "calls the subprogram P with arguments"),
+    g(660, Group::NonModal, Op::Macro(Macro::Modal), "calls the subprogram P with arguments after every move, up to G67"),
+    g(670, Group::Stop, Op::Macro(Macro::ModalOff), "ends the calls of G66"),
     g(680, Group::Rotation, Op::Rotation, "rotates coordinates"),
     g(690, Group::Rotation, Op::RotationOff, "ends the rotation of coordinates"),
     g(700, Group::Motion, Op::Turn(Turn::Finish), "turns along the contour of the subprogram Q"),
@@ -294,6 +308,9 @@ pub static CODES: &[Code] = &[
     g(970, Group::SpindleMode, Op::SpindleSpeedConstant, "S is in turns a minute"),
     g(980, Group::ReturnLevel, Op::ReturnToInitial, "cycles return to the level they came from"),
     g(990, Group::ReturnLevel, Op::ReturnToR, "cycles return to the R level"),
+    g(1030, Group::NonModal, Op::LookAhead, "limits the look-ahead of a control: changes nothing here"),
+    g(1540, Group::CoordinateSystem, Op::FurtherSystem, "as G54.1 (Haas)"),
+    g(1870, Group::NonModal, Op::LookAhead, "says how smooth a control is to plan: changes nothing here"),
     m(0, Group::Stop, Op::Stop, "stops until the operator goes on"),
     m(1, Group::Stop, Op::OptionalStop, "stops if the operator's switch is on"),
     m(2, Group::Stop, Op::End, "ends the program"),
@@ -326,14 +343,15 @@ pub static CODES: &[Code] = &[
     m(71, Group::ModalState, Op::Modes(Modes::Forget), "forgets the modes saved"),
     m(72, Group::ModalState, Op::Modes(Modes::Restore), "restores the modes saved"),
     m(73, Group::ModalState, Op::Modes(Modes::SaveForCall), "saves the modes in force until the subprogram ends"),
-    m(98, Group::Stop, Op::Call, "calls the subprogram P, L times"),
+    m(97, Group::Stop, Op::Call { by_block: true }, "calls the blocks of this program from N P on, up to M99, L times (Haas)"),
+    m(98, Group::Stop, Op::Call { by_block: false }, "calls the subprogram P, L times"),
     m(99, Group::Stop, Op::Return, "ends a subprogram"),
     m(100, Group::UserFunction, Op::Function(Function::User), "user's functions, with P and Q"),
 ];
 
 /// Rows of the table by ten times the code's number, counted from 1; 0 where there is none.
-const fn index(letter: u8) -> [u8; 1001] {
-    let mut rows = [0; 1001];
+const fn index(letter: u8) -> [u8; ROWS] {
+    let mut rows = [0; ROWS];
     let mut i = 0;
     while i < CODES_COUNT {
         if CODES[i].letter == letter {
@@ -345,8 +363,10 @@ const fn index(letter: u8) -> [u8; 1001] {
 }
 
 const CODES_COUNT: usize = CODES.len();
-static G_ROWS: [u8; 1001] = index(b'G');
-static M_ROWS: [u8; 1001] = index(b'M');
+/// Ten times the greatest number of a code, and 0.
+const ROWS: usize = 1871;
+static G_ROWS: [u8; ROWS] = index(b'G');
+static M_ROWS: [u8; ROWS] = index(b'M');
 
 /// A G or M word's number as it is meant: what lies within 0.0001 of a tenth is that tenth
 /// (RS274/NGC), for expressions are rounded.
@@ -388,8 +408,9 @@ mod tests {
     }
 
     #[test]
-    fn every_operation_is_that_of_one_code() {
-        let ops: Vec<_> = CODES.iter().filter_map(|code| code.op).collect();
+    fn every_motion_is_that_of_one_code() {
+        let motions = CODES.iter().filter(|code| code.group == Group::Motion);
+        let ops: Vec<_> = motions.filter_map(|code| code.op).collect();
         for op in &ops {
             assert_eq!(ops.iter().filter(|other| *other == op).count(), 1, "{op:?}");
         }

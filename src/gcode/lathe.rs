@@ -1,5 +1,5 @@
-//! Codes that mean something else on FANUC-style lathes (system A) than in the table of all others:
-//! what the dialect `fanuc-lathe` reads first.
+//! Codes that mean something else on FANUC-style lathes than in the table of all others: what the
+//! dialects `fanuc-lathe` (G code system A) and `fanuc-lathe-b` (system B) read first.
 
 use super::block::letter_set;
 use super::codes::{Code, Follow, Groove, Group, Hole, HoleKind, LatheCode, Op, Single, Stock};
@@ -23,6 +23,28 @@ const fn no_g(number: u16, meaning: &'static str) -> Code {
     let (letter, tenths, group) = (b'G', number * 10, Group::Motion);
     Code { letter, tenths, group, op: None, words: 0, meaning }
 }
+
+/// The systems of G codes of FANUC-style lathes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LatheSystem {
+    /// X and Z are positions, U and W distances; G90, G92 and G94 are cycles.
+    A,
+    /// G90 and G91 as on mills; G77, G78 and G79 are those cycles.
+    B,
+}
+
+/// Ten times the numbers of the codes of the table that system B does not have: there they mean what
+/// they mean on mills.
+const OF_A_ALONE: [u16; 9] = [320, 500, 900, 910, 920, 930, 940, 980, 990];
+
+/// Codes of system B that system A does not have.
+#[rustfmt::skip]
+pub static LATHE_B_CODES: &[Code] = &[
+    single(77, Single::Turn, "one cut along Z: in, along, out, back"),
+    single(78, Single::Thread, "one pass of a thread: in, along, out, back"),
+    single(79, Single::Face, "one cut along X: in, along, out, back"),
+    g(920, Group::NonModal, Op::Lathe(LatheCode::Setting), "", "sets the position, or with S the greatest speed of the spindle"),
+];
 
 /// The table.
 #[rustfmt::skip]
@@ -57,8 +79,13 @@ pub static LATHE_CODES: &[Code] = &[
 ];
 
 /// What a G word means on a lathe where that differs from the table of all others.
-pub fn find_lathe(letter: u8, number: f64) -> Option<&'static Code> {
-    LATHE_CODES
-        .iter()
-        .find(|code| letter == code.letter && (number * 10.0 - f64::from(code.tenths)).abs() < 1e-6)
+pub fn find_lathe(letter: u8, number: f64, system: LatheSystem) -> Option<&'static Code> {
+    let is_it = |code: &&Code| {
+        letter == code.letter && (number * 10.0 - f64::from(code.tenths)).abs() < 1e-6
+    };
+    if system == LatheSystem::A {
+        return LATHE_CODES.iter().find(is_it);
+    }
+    let of_both = LATHE_CODES.iter().filter(|code| !OF_A_ALONE.contains(&code.tenths));
+    LATHE_B_CODES.iter().chain(of_both).find(is_it)
 }

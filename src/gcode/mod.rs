@@ -29,7 +29,7 @@ pub use block::{
 pub use control::{Assignment, Control, Label, Statement};
 pub use expr::{Binary, Formula, Function, Step};
 pub use fault::Fault;
-pub use lathe::{LATHE_CODES, find_lathe};
+pub use lathe::{LATHE_B_CODES, LATHE_CODES, LatheSystem, find_lathe};
 pub use lines::{LINE_BYTES_MAX, Line, Lines};
 pub use name::Name;
 pub use number::short;

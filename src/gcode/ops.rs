@@ -43,12 +43,11 @@ pub enum Op {
         left: bool,
         by_diameter: bool,
     },
-    LengthOffset,
-    LengthOffsetByWords,
-    LengthOffsetMore,
-    LengthOffsetOff,
+    LengthOffset(Length),
     /// G54 to G59.3, counted from 0.
     WorkSystem(u8),
+    /// G54.1, by its P.
+    FurtherSystem,
     ExactStopOnce,
     ExactPath,
     ExactStop,
@@ -61,6 +60,9 @@ pub enum Op {
     ArcCenterIncremental,
     PolarOff,
     Polar,
+    Mirror {
+        on: bool,
+    },
     ScalingOff,
     Scaling,
     Rotation,
@@ -73,7 +75,7 @@ pub enum Op {
     ArcCounterClockwise,
     Spline(SplineCode),
     NurbsEnd,
-    /// Of no row: G5 P10000 and G5.1 Q1, which are no splines, and what ends them.
+    /// How a control is to plan, which changes no path; G5 P10000, G5.1 Q1 and G8 P1 too.
     LookAhead,
     Cycle(Cycle),
     Follow(Follow),
@@ -89,8 +91,35 @@ pub enum Op {
     End,
     EndAndRewind,
     Return,
+    /// M98, or M97 by a block of the same program.
+    Call {
+        by_block: bool,
+    },
+    Macro(Macro),
+}
+
+/// Calls of macros with arguments: G65 once, G66 after every move up to G67.
+#[allow(missing_docs)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Macro {
     Call,
-    MacroCall,
+    Modal,
+    ModalOff,
+}
+
+/// Where the offset of the tool comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// The tool table (G43)
+    Table,
+    /// The same, subtracted (G44)
+    Subtracted,
+    /// The axis words (G43.1)
+    Words,
+    /// A further tool of the table (G43.2)
+    More,
+    /// There is none (G49)
+    Off,
 }
 
 /// M functions that only say something to the machine.

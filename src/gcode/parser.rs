@@ -128,13 +128,41 @@ impl<'a> Parsing<'a> {
                 self.block.percent = true;
                 self.end_words(byte)
             }
-            b'/' if self.block.is_empty() && !self.block.delete => {
+            b'<' if self.block.is_empty() && self.words_end.is_none() => self.title(byte),
+            b'/' if self.is_at_beginning() && !self.block.delete => {
                 self.block.delete = true;
-                self.step(1);
+                // FANUC has nine such switches: here they are one.
+                let is_switch =
+                    matches!(self.rest, [_, b'1'..=b'9', next, ..] if !next.is_ascii_digit());
+                self.step(if is_switch { 2 } else { 1 });
                 Some(())
             }
             _ => self.stray(byte),
         }
+    }
+
+    /// `<PART>` and `<O1001>`, as newer FANUC controls begin a program, are O<PART> and O1001.
+    fn title(&mut self, byte: u8) -> Option<()> {
+        let start = self.at();
+        let end = self.rest.iter().position(|byte| *byte == b'>');
+        let after = end.and_then(|end| self.rest.get(end + 1..));
+        let next = after.map(|after| after.iter().find(|byte| !is_blank(**byte)));
+        if !matches!(next, Some(None | Some(b'(' | b';'))) {
+            return self.stray(byte);
+        }
+        let name = self.read(start, |reader| reader.name())?;
+        let digits = name.strip_prefix('o').filter(|digits| digits.len() <= 8);
+        if let Some(value) = digits.and_then(|digits| digits.parse::<u32>().ok()) {
+            self.push(Word { letter: b'O', value: value.into(), start, end: self.at() });
+            return Some(());
+        }
+        self.statement(Label::Name(name.into()), Control::Title, start)
+    }
+
+    /// Whether nothing but an N word has been read.
+    fn is_at_beginning(&self) -> bool {
+        let is_numbered = matches!(self.block.words(), [word] if word.letter == b'N');
+        self.block.is_empty() || is_numbered
     }
 
     fn at(&self) -> u32 {

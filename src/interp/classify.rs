@@ -1,9 +1,10 @@
 //! Which codes a block holds, and whether they can stand together.
 
 use crate::gcode::codes::{
-    self, ARC_LETTERS, AXIS_LETTERS, CODES, Code, FREE_LETTERS, Group, Op, POLAR_LETTERS,
+    self, ARC_LETTERS, AXIS_LETTERS, CODES, CORNER_LETTERS, Code, FREE_LETTERS, Group, Length, Op,
+    POLAR_LETTERS,
 };
-use crate::gcode::{Block, COMMA_R, Fault, LATHE_CODES, Word, find_lathe, letter_bit, rules};
+use crate::gcode::{Block, COMMA_A, Fault, LATHE_CODES, Word, find_lathe, letter_bit, rules};
 
 use super::execute::{Asked, Executor, MotionMode, motion_of};
 use super::offsets::claims_axes;
@@ -30,7 +31,8 @@ impl Executor<'_> {
 
     /// What a G or M word means in the dialect.
     pub(super) fn code_of(&self, word: &Word) -> Option<&'static Code> {
-        let own = if self.is_lathe() { find_lathe(word.letter, word.value) } else { None };
+        let system = self.dialect.lathe();
+        let own = system.and_then(|system| find_lathe(word.letter, word.value, system));
         own.or_else(|| codes::find(word.letter, word.value))
     }
 
@@ -77,7 +79,7 @@ impl Executor<'_> {
                 }
             }
         }
-        asked.is_faulty |= asked.is_foreign;
+        asked.is_faulty |= asked.is_foreign || self.resolve_system(block, faults);
         if self.codes.len() > 1 {
             // G80 first: a motion code beside it begins after what it ends.
             self.codes.sort_by_key(|(code, op)| (code.group, *op != Op::MotionOff));
@@ -123,7 +125,7 @@ impl Executor<'_> {
             let has_code = is_zero && self.codes.iter().any(|(_, other)| *other == op);
             if has_code { letter_bit(letter) } else { 0 }
         };
-        letter((Op::LengthOffsetOff, b'H')) | letter((Op::CompensationOff, b'D'))
+        letter((Op::LengthOffset(Length::Off), b'H')) | letter((Op::CompensationOff, b'D'))
     }
 
     /// Reports words of the block that nothing makes use of.
@@ -143,13 +145,17 @@ impl Executor<'_> {
         }
         let mut used = FREE_LETTERS | AXIS_LETTERS | POLAR_LETTERS;
         for (code, op) in &self.codes {
-            used |= if *op == Op::LookAhead { LOOK_AHEAD_LETTERS } else { code.words };
+            used |= match op {
+                Op::LookAhead => code.words | LOOK_AHEAD_LETTERS,
+                Op::FurtherSystem => letter_bit(b'P'),
+                _ => code.words,
+            };
         }
-        used |= self.said_twice(block);
+        used |= self.said_twice(block) | self.held_numbers(block);
         match mode {
             MotionMode::Line => used |= self.corner_letters(),
             MotionMode::Arc { .. } => {
-                used |= ARC_LETTERS | letter_bit(b'P') | letter_bit(COMMA_R);
+                used |= ARC_LETTERS | letter_bit(b'P') | CORNER_LETTERS & !letter_bit(COMMA_A);
             }
             MotionMode::Cycle(cycle) if self.is_thread(cycle, block) => used |= THREAD_LETTERS,
             MotionMode::Cycle(cycle) => used |= cycle.words(),

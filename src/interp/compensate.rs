@@ -83,11 +83,11 @@ impl Executor<'_> {
         }
         let number = match word {
             Some(word) => whole(word, 99_999, faults)?,
-            None => self.loaded.unwrap_or(0),
+            None => self.held_d.or(self.loaded).unwrap_or(0),
         };
         match self.tools.get(number) {
             Some(tool) => Some((tool.diameter_mm / 2.0, tool.orientation)),
-            None if word.is_some() && number == 0 => Some((0.0, 0)),
+            None if number == 0 && (word.is_some() || self.held_d.is_some()) => Some((0.0, 0)),
             None => {
                 faults.push(self.unknown_tool(number, block));
                 None
@@ -149,12 +149,16 @@ impl Executor<'_> {
         };
         let is_misplaced = |op: Op, group: Group| match op {
             Op::PlaneXy | Op::PlaneZx | Op::PlaneYz => plane_of(op) != Some(stage.plane),
-            Op::Dwell | Op::ExactStopOnce | Op::StoreReference(_) => false,
-            Op::Cycle(_) => true,
+            Op::Dwell | Op::ExactStopOnce | Op::StoreReference(_) | Op::LookAhead => false,
+            Op::Cycle(_) | Op::FurtherSystem => true,
             Op::WorkSystem(index) => usize::from(index) != self.frames.active(),
             Op::ScalingOff => self.frames.scaling().is_some(),
             Op::RotationOff => self.frames.rotation().is_some(),
-            _ => matches!(group, Group::NonModal | Group::Scaling | Group::Rotation | Group::Polar),
+            Op::Mirror { on: false } => self.frames.is_mirrored(),
+            _ => matches!(
+                group,
+                Group::NonModal | Group::Mirror | Group::Scaling | Group::Rotation | Group::Polar
+            ),
         };
         let misplaced = self.codes.iter().find(|(code, op)| is_misplaced(*op, code.group));
         let (Some((code, _)), false) = (misplaced, asked.motion_before == MotionMode::Foreign)

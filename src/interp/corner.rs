@@ -38,6 +38,8 @@ pub(super) struct Pending {
     /// Its angle, where its end is not known yet.
     angle_deg: Option<f64>,
     finish: Option<(Finish, Option<Toward>)>,
+    /// The move before a line whose end is not known yet, with the corner between them.
+    before: Option<Box<Pending>>,
     /// The word that makes it wait.
     word: Word,
 }
@@ -124,8 +126,7 @@ impl Executor<'_> {
         let help = if pending.angle_deg.is_some() {
             "write the end of the second line and its angle behind it, as X80 Y60 ,A75"
         } else {
-            "it needs G1 (for a fillet G2 and G3 too) in this block and the next, each longer than \
-             what the corner takes"
+            "it needs G1, G2 or G3 in this block and the next, each longer than what the corner takes"
         };
         self.corner_faults.push(fault.help(help));
     }
@@ -165,6 +166,8 @@ impl Executor<'_> {
             None => None,
         };
         let block = resolved.as_deref().unwrap_or(block);
+        // The move before an open line has been given out.
+        let made = out.motions.len();
         self.run_axis_words(block, asked, out);
         if out.faults.iter().any(is_error) {
             self.held_move = None;
@@ -204,7 +207,7 @@ impl Executor<'_> {
                     return wrong("the end of the second line is a position, and no distance");
                 }
                 let to = self.program_target(block, out.faults);
-                if self.meet_line([cos, sin], &to, axes) {
+                if self.meet_line(angle, &to, axes, out) {
                     Resolved::Words(without_angle(block, None))
                 } else {
                     Resolved::Wrong
@@ -241,8 +244,8 @@ impl Executor<'_> {
             out.faults.push(Fault::word(&rules::CORNER, word, message));
             return Resolved::Wrong;
         }
-        if self.held_move.is_some() {
-            self.refuse_corner("the end of the next move is not known".to_owned());
+        if self.held_move.as_ref().is_some_and(|pending| pending.angle_deg.is_some()) {
+            self.refuse_corner("the end of the next line is not known either".to_owned());
             return Resolved::Wrong;
         }
         let faults_before = out.faults.len();
@@ -253,13 +256,22 @@ impl Executor<'_> {
         let to = self.position_mm;
         let step = self.step(block, &to, MoveKind::Line { feed_mm_min: 0.0 }, out.line);
         let (feed, angle_deg, word) = (self.feed, Some(angle.value), *angle);
-        self.held_move = Some(Box::new(Pending { step, feed, angle_deg, finish, word }));
+        let before = self.held_move.take();
+        self.held_move = Some(Box::new(Pending { step, feed, angle_deg, finish, before, word }));
         Resolved::Open
     }
 
     /// Ends the line that waits where it meets the one to a point, in that direction.
-    fn meet_line(&mut self, along: Place, to: &Point, axes: [Axis; 2]) -> bool {
+    fn meet_line(
+        &mut self,
+        angle: &Word,
+        to: &Point,
+        axes: [Axis; 2],
+        out: &mut Output<'_>,
+    ) -> bool {
         let Some(mut pending) = self.held_move.take() else { return false };
+        let (second_sin, second_cos) = sin_cos_deg(angle.value);
+        let along = [second_cos, second_sin];
         let (sin, cos) = sin_cos_deg(pending.angle_deg.take().unwrap_or_default());
         let mut corner = self.frames.program(&pending.step.from);
         let across = cos * along[1] - sin * along[0];
@@ -277,8 +289,23 @@ impl Executor<'_> {
         let feed = std::mem::replace(&mut self.feed, pending.feed);
         self.apply_feed(&mut pending.step, false);
         self.feed = feed;
-        self.held_move = Some(pending);
-        true
+        let Some(mut before) = pending.before.take() else {
+            self.held_move = Some(pending);
+            return true;
+        };
+        let Some((size, toward)) = before.finish else { return false };
+        match self.corner_between(&mut before.step, &mut pending.step, size, toward) {
+            Ok(corner) => {
+                give_out([Some(before.step), corner, None], out);
+                self.held_move = Some(pending);
+                true
+            }
+            Err(message) => {
+                let message = format!("{} of line {}: {message}", before.word, before.step.line);
+                out.faults.push(Fault::word(&rules::CORNER, angle, message));
+                false
+            }
+        }
     }
 
     /// What becomes of the corner at a block's end.
@@ -316,7 +343,8 @@ impl Executor<'_> {
             return;
         }
         let (feed, finish) = (self.feed, Some((finish, toward)));
-        self.held_move = Some(Box::new(Pending { step, feed, angle_deg: None, finish, word }));
+        let (angle_deg, before) = (None, None);
+        self.held_move = Some(Box::new(Pending { step, feed, angle_deg, finish, before, word }));
     }
 
     /// Takes the corner between the move that waits and the one that the block has made away.
@@ -334,9 +362,7 @@ impl Executor<'_> {
         };
         match self.corner_between(&mut pending.step, &mut next, size, toward) {
             Ok(corner) => {
-                let steps = [Some(pending.step), corner, Some(next)];
-                let steps = steps.into_iter().flatten().filter(|step| step.from != step.to);
-                out.motions.extend(steps.map(Motion::Move));
+                give_out([Some(pending.step), corner, Some(next)], out);
             }
             Err(message) => {
                 self.held_move = Some(pending);
@@ -473,6 +499,12 @@ pub(super) fn holds_sign(toward: Option<Toward>, way: impl Fn(Axis) -> f64) -> R
 
 /// A move of which no more than this is left is used up.
 const USED_UP_MM: f64 = 1e-7;
+
+/// Gives out what is left of moves and of the corners between them.
+fn give_out(steps: [Option<Move>; 3], out: &mut Output<'_>) {
+    let steps = steps.into_iter().flatten().filter(|step| step.from != step.to);
+    out.motions.extend(steps.map(Motion::Move));
+}
 
 /// Whether a motion may end in such a corner, and begin with one.
 fn is_rounded(motion: &Motion) -> bool {

@@ -16,6 +16,7 @@ use crate::base::{Axis, EventKind, Point};
 use crate::gcode::codes::{AXIS_LETTERS, Cycle, Single};
 use crate::gcode::{Block, Fault, letter_bit, rules};
 
+use super::Dialect;
 use super::execute::{Asked, Executor, MotionMode, Output};
 use super::feed::{FeedMode, Turning};
 use super::motion::{Bound, Corner, Motion, MoveKind};
@@ -41,8 +42,9 @@ pub(super) struct Held {
     pub peck_mm: f64,
     /// I J K of G87, I J of G76.
     shift_mm: [f64; 3],
-    /// The unit of the words that are held.
+    /// The unit of the words that are held, and whether R and bottom are positions.
     mm_per_unit: f64,
+    absolute: bool,
     /// M29: taps follow the spindle's turns.
     pub is_rigid: bool,
     /// The motion code before the cycle.
@@ -52,8 +54,22 @@ pub(super) struct Held {
 impl Held {
     /// What stays when another cycle begins.
     pub fn anew(&self, mm_per_unit: f64) -> Held {
-        let Held { initial_mm, is_rigid, set_aside, .. } = *self;
-        Held { initial_mm, is_rigid, set_aside, mm_per_unit, ..Held::default() }
+        let Held { initial_mm, is_rigid, set_aside, absolute, .. } = *self;
+        Held { initial_mm, is_rigid, set_aside, absolute, mm_per_unit, ..Held::default() }
+    }
+
+    /// Says R and bottom as they are meant under the other one of G90 and G91, as FANUC does: the
+    /// levels stay where they are.
+    fn restate(&mut self) {
+        let initial_mm = self.initial_mm.unwrap_or_default();
+        if self.absolute {
+            self.depth_mm -= self.r_mm;
+            self.r_mm -= initial_mm;
+        } else {
+            self.r_mm += initial_mm;
+            self.depth_mm += self.r_mm;
+        }
+        self.absolute = !self.absolute;
     }
 
     /// Takes the motion code that a cycle follows on.
@@ -91,7 +107,7 @@ impl Executor<'_> {
         &mut self,
         cycle: Cycle,
         block: &Block,
-        asked: Asked,
+        mut asked: Asked,
         out: &mut Output<'_>,
     ) {
         let faults_before = out.faults.len();
@@ -144,7 +160,7 @@ impl Executor<'_> {
         for pass in 0..repeats {
             for (axis, by_mm) in axes.into_iter().zip(by_mm) {
                 // Absolute words name one place, however often.
-                match asked.polar_step {
+                match &mut asked.polar_step {
                     _ if pass == 0 => at[axis] = target[axis],
                     Some(step) if axis == axes[0] => step.apply(&mut at),
                     None if !drill.executor.absolute => at[axis] += by_mm,
@@ -248,35 +264,50 @@ impl Executor<'_> {
         if !goes_on {
             self.cycle = self.cycle.anew(mm);
         }
+        let levels_hold = goes_on && self.levels_hold();
         let across = self.plane.normal();
         let diameter = if self.diameters && across == Axis::X { 0.5 } else { 1.0 };
         let mut missing = String::new();
         let mut take =
             |letter: u8, is_needed: bool, value: &mut f64, scale: f64| match block.word(letter) {
                 Some(word) => *value = word.value * scale,
-                None if is_needed && !goes_on => missing.push(char::from(letter)),
+                None if is_needed => missing.push(char::from(letter)),
                 None => {}
             };
         let held = &mut self.cycle;
-        take(across.letter() as u8, true, &mut held.depth_mm, mm * diameter);
-        take(b'R', true, &mut held.r_mm, mm * diameter);
-        take(b'P', matches!(cycle, Cycle::DrillDwell | Cycle::BoreDwell), &mut held.dwell_s, 1.0);
+        take(across.letter() as u8, !levels_hold, &mut held.depth_mm, mm * diameter);
+        take(b'R', !levels_hold, &mut held.r_mm, mm * diameter);
+        let dwells = matches!(cycle, Cycle::DrillDwell | Cycle::BoreDwell);
+        take(b'P', dwells && !goes_on, &mut held.dwell_s, 1.0);
         held.dwell_s = seconds.unwrap_or(held.dwell_s);
         let pecks = matches!(cycle, Cycle::DrillDeep | Cycle::DrillChipBreak);
-        take(b'Q', pecks, &mut held.peck_mm, mm);
+        take(b'Q', pecks && !goes_on, &mut held.peck_mm, mm);
         if matches!(cycle, Cycle::BoreBack | Cycle::BoreFine) {
             let is_back = cycle == Cycle::BoreBack;
             for (letter, value) in [b'I', b'J', b'K'].into_iter().zip(&mut held.shift_mm) {
-                take(letter, is_back, value, mm);
+                take(letter, is_back && !goes_on, value, mm);
             }
         }
         if !missing.is_empty() {
             let name = cycle as u8;
             let list: Vec<String> = missing.chars().map(String::from).collect();
-            let unit = if other_unit { " in the new unit" } else { "" };
-            let message = format!("the first block of G{name}{unit} has no {}", list.join(", no "));
-            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            let mode = if self.absolute { " under G90" } else { " under G91" };
+            let new = match (other_unit, goes_on) {
+                (true, _) => " in the new unit",
+                (_, true) => mode,
+                _ => "",
+            };
+            let message = format!("the first block of G{name}{new} has no {}", list.join(", no "));
+            let fault = Fault::block(&rules::MISSING_WORD, block, message);
+            faults.push(match goes_on {
+                true => fault.help(
+                    "controls differ in what becomes of levels between G90 and G91: --dialect \
+                     fanuc keeps them where they are, linuxcnc takes the numbers anew",
+                ),
+                false => fault,
+            });
         }
+        self.cycle.absolute = self.absolute;
         if let Some(word) = block.word(b'Q').filter(|word| word.value <= 0.0) {
             faults.push(Fault::word(&rules::BAD_VALUE, word, "Q, a peck or a shift, is above 0"));
         }
@@ -285,6 +316,19 @@ impl Executor<'_> {
         }
         let repeats = block.word(b'L').or(block.word(b'K').filter(|_| cycle != Cycle::BoreBack));
         repeats.map_or(Some(1), |word| whole(word, PASSES_MAX as u32, faults)).unwrap_or(0)
+    }
+}
+
+impl Executor<'_> {
+    /// Whether R and bottom of the block before hold, where G90 and G91 may have changed since.
+    fn levels_hold(&mut self) -> bool {
+        if self.cycle.absolute == self.absolute {
+            return true;
+        }
+        if self.dialect.is_fanuc() {
+            self.cycle.restate();
+        }
+        self.dialect != Dialect::Iso
     }
 }
 

@@ -551,10 +551,11 @@ fn output<'o>(
     Output { line: place.line, text: place.text, motions, faults }
 }
 
-/// What a block with G65 asks for.
+/// What a block with G65 or G66 asks for.
 fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
+    let is_modal = block.words().iter().any(|word| word.letter == b'G' && word.value == 66.0);
     let is_other = |word: &&Word| match word.letter {
-        b'G' => word.value != 65.0,
+        b'G' => word.value != if is_modal { 66.0 } else { 65.0 },
         b'O' => true,
         _ => false,
     };
@@ -565,6 +566,7 @@ fn macro_call(block: &Block, faults: &mut Vec<Fault>) -> Flow {
         return Flow::Next;
     }
     match subprogram_flow(block, faults) {
+        Flow::Call { number, repeats } if is_modal => Flow::ModalMacroBegin { number, repeats },
         Flow::Call { number, repeats } => Flow::MacroCall { number, repeats },
         flow => flow,
     }

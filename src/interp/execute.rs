@@ -5,6 +5,8 @@
 //! fault, so that one fault does not make others; positions that a fault leaves open are known to
 //! be open.
 
+use std::collections::BTreeSet;
+
 use crate::base::{AxisMap, AxisSet, Event, EventKind, Machine, Plane, Point};
 use crate::gcode::codes::{
     AXIS_LETTERS, Code, Cycle, Follow, Group, Op, Single, SplineCode, Stock, Turn,
@@ -20,12 +22,12 @@ use super::frames::Frames;
 use super::modes::{Coolant, LengthMode, Modes, Overrides, Saved};
 use super::motion::{Corner, Motion};
 use super::offsets::claims_axes;
-use super::polar::PolarStep;
+use super::polar::{PolarMode, PolarStep};
 use super::probe::Signals;
 use super::spline::SplineState;
 use super::tools::Tools;
 use super::turning::Lathe;
-use super::words::{call_flow, leads_to};
+use super::words::{call_flow, has_point, leads_to};
 use super::{Dialect, Options};
 
 /// The motion code in force.
@@ -66,6 +68,7 @@ pub(super) struct Executor<'a> {
     pub(super) centers_absolute: bool,
     /// G16
     pub(super) polar: bool,
+    pub(super) polar_mode: PolarMode,
     /// G7
     pub(super) diameters: bool,
     pub(super) corner: Corner,
@@ -88,6 +91,8 @@ pub(super) struct Executor<'a> {
     pub(super) loaded: Option<u32>,
     pub(super) tools: Tools,
     pub(super) length_mode: LengthMode,
+    /// D that stood in a block without G41 and G42, or in the dialects fanuc beside them.
+    pub(super) held_d: Option<u32>,
     pub(super) frames: Frames,
     /// Machine positions of G28 and G30, where the program has stored them.
     pub(super) references: [AxisMap<Option<f64>>; 2],
@@ -97,8 +102,8 @@ pub(super) struct Executor<'a> {
     pub(super) to_restore: Option<Box<Modes>>,
     /// The line at hand.
     pub(super) line: u32,
-    /// A bit for each work coordinate system whose lack of a place has been said.
-    pub(super) systems_missed: u16,
+    /// The work coordinate systems whose lack of a place has been said.
+    pub(super) systems_missed: BTreeSet<usize>,
     pub(super) cycle: Held,
     pub(super) signals: Signals,
     pub(super) lathe: Lathe,
@@ -181,7 +186,7 @@ impl<'a> Executor<'a> {
     /// At the start: G17 G21 G40 G49 G54 G61 G80 G90 G94 G97 G98 (in the dialect `linuxcnc` G99),
     /// no feed, no speed, no tool. On a lathe G18 and G99, and X words are diameters.
     pub fn new(machine: &'a Machine, options: &Options) -> Executor<'a> {
-        let is_lathe = options.dialect == Dialect::FanucLathe;
+        let is_lathe = options.dialect.lathe().is_some();
         Executor {
             machine,
             dialect: options.dialect,
@@ -193,6 +198,7 @@ impl<'a> Executor<'a> {
             absolute: true,
             centers_absolute: false,
             polar: false,
+            polar_mode: PolarMode::default(),
             diameters: is_lathe,
             corner: Corner::Exact,
             feed_mode: if is_lathe { FeedMode::PerTurn } else { FeedMode::PerMinute },
@@ -209,12 +215,13 @@ impl<'a> Executor<'a> {
             loaded: None,
             tools: options.tools.clone(),
             length_mode: LengthMode::Off,
+            held_d: None,
             frames: Frames::new(machine),
             references: [AxisMap::default(); 2],
             saved: vec![Saved::default()],
             to_restore: None,
             line: 0,
-            systems_missed: 0,
+            systems_missed: BTreeSet::new(),
             cycle: Held::default(),
             signals: Signals::default(),
             lathe: Lathe::default(),
@@ -281,6 +288,7 @@ impl<'a> Executor<'a> {
         for (_, op) in before {
             self.execute(*op, block, &mut asked, out);
         }
+        self.hold_numbers(block, &codes, asked, out.faults);
         self.run_motion(block, &mut asked, out);
         let mut flow = self.turn_flow(block, asked, out);
         for (_, op) in stops {
@@ -340,15 +348,14 @@ impl<'a> Executor<'a> {
             | Op::ResetPosition
             | Op::SuspendPosition
             | Op::RestorePosition
-            | Op::LengthOffset
-            | Op::LengthOffsetByWords
-            | Op::LengthOffsetMore
-            | Op::LengthOffsetOff
+            | Op::LengthOffset(_)
             | Op::WorkSystem(_)
+            | Op::FurtherSystem
+            | Op::Mirror { .. }
             | Op::ScalingOff
             | Op::Scaling
             | Op::Rotation
-            | Op::RotationOff => self.set_frames(op, block, out.faults),
+            | Op::RotationOff => self.set_frames(op, block, out),
             Op::GoToReference(_) | Op::StoreReference(_) => self.reference(op, block, *asked, out),
             Op::Lathe(code) => self.run_lathe(code, block, asked, out),
             Op::Rapid
@@ -362,9 +369,10 @@ impl<'a> Executor<'a> {
             | Op::Single(_)
             | Op::MotionOff => self.set_motion(op, asked),
             Op::NurbsEnd => self.end_nurbs(block, asked, out),
-            Op::Stop | Op::OptionalStop | Op::PalletStop => return stop(op, out),
-            Op::End | Op::EndAndRewind => return stop(op, out),
-            Op::Return | Op::Call | Op::MacroCall => return leads_to(op, block, out.faults),
+            Op::Stop | Op::OptionalStop | Op::PalletStop | Op::End | Op::EndAndRewind => {
+                return stop(op, out);
+            }
+            Op::Return | Op::Call { .. } | Op::Macro(_) => return leads_to(op, block, out.faults),
         }
         Flow::Next
     }
@@ -409,7 +417,7 @@ impl<'a> Executor<'a> {
             Op::ArcCenterIncremental => self.centers_absolute = false,
             Op::Diameter => self.diameters = true,
             Op::Radius => self.diameters = false,
-            Op::Polar => self.polar = true,
+            Op::Polar => (self.polar, self.polar_mode) = (true, PolarMode::default()),
             Op::PolarOff => self.polar = false,
             Op::ReturnToInitial => self.returns_to_r = false,
             Op::ReturnToR => self.returns_to_r = true,
@@ -424,6 +432,7 @@ impl<'a> Executor<'a> {
         match op {
             Op::ToolChange => {
                 self.loaded = self.tool;
+                self.held_d = self.held_d.filter(|_| self.dialect.is_fanuc());
                 self.turning = Turning::Stopped;
                 out.event(EventKind::M { code: 6, spindle_rpm: None, tool: self.tool });
             }
@@ -458,7 +467,8 @@ impl<'a> Executor<'a> {
     }
 
     /// The codes that say where coordinates lie.
-    fn set_frames(&mut self, op: Op, block: &Block, faults: &mut Vec<Fault>) {
+    fn set_frames(&mut self, op: Op, block: &Block, out: &mut Output<'_>) {
+        let faults = &mut *out.faults;
         match op {
             Op::SetOffsets => self.set_offsets(block, faults),
             Op::LocalOffset => self.set_local_offset(block, faults),
@@ -466,15 +476,12 @@ impl<'a> Executor<'a> {
             Op::ResetPosition => self.frames.reset_shift(),
             Op::SuspendPosition => self.frames.suspend_shift(),
             Op::RestorePosition => self.frames.restore_shift(),
-            Op::LengthOffset => self.set_length(false, block, faults),
-            Op::LengthOffsetMore => self.set_length(true, block, faults),
-            Op::LengthOffsetByWords => self.set_length_by_words(block, faults),
-            Op::LengthOffsetOff => {
-                self.length_mode = LengthMode::Off;
-                self.frames.set_tool(Point::ZERO);
-            }
+            Op::LengthOffset(length) => self.change_length(length, block, faults),
             Op::WorkSystem(index) => self.choose_system(index.into(), block, faults),
-            Op::Scaling => self.set_scaling(block, faults),
+            Op::FurtherSystem => self.choose_further(block, faults),
+            Op::Mirror { on: true } => self.set_mirror(block, faults),
+            Op::Mirror { on: false } => self.end_mirror(block, faults),
+            Op::Scaling => self.set_scaling(block, out),
             Op::ScalingOff => self.end_scaling(block, faults),
             Op::Rotation => self.set_rotation(block, faults),
             _ => self.frames.set_rotation(None),
@@ -495,9 +502,7 @@ impl<'a> Executor<'a> {
 
     /// The time that a word means: FANUC counts milliseconds in P, unless it has a point.
     pub(super) fn seconds(&self, word: &Word, text: &[u8]) -> f64 {
-        let span = text.get(word.start as usize..word.end as usize);
-        let has_point = span.is_some_and(|text| text.contains(&b'.'));
-        let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point;
+        let is_ms = self.dialect.is_fanuc() && word.letter == b'P' && !has_point(word, text);
         word.value / if is_ms { 1000.0 } else { 1.0 }
     }
 

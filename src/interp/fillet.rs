@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   first ──────╮ fillet     first ─────╲ chamfer     A chamfer's ends lie as far from the
-//!               │ second                 │ second     corner along both lines as it says.
+//!               │ second                 │ second     corner as it says, on arcs straight across.
 //! ```
 //!
 //! A fillet is tangent to both moves, lines or arcs: its centre lies where these, moved aside by its
@@ -34,7 +34,7 @@ pub(super) struct Leg {
 pub(super) enum Finish {
     /// An arc of this radius.
     Fillet(f64),
-    /// A line that begins and ends so far from the corner.
+    /// A line that begins and ends so far from the corner, in a straight line.
     Chamfer(f64),
 }
 
@@ -99,6 +99,27 @@ impl Leg {
             }
         };
         (0.0..=all).contains(&way).then_some(way)
+    }
+
+    /// How long a piece of it is whose ends lie so far apart, in a straight line; none: it bends away
+    /// before.
+    fn along(&self, apart: f64) -> Option<f64> {
+        let Some((center, _)) = self.round else { return Some(apart) };
+        let radius = distance(self.start, center);
+        let half = apart / (2.0 * radius);
+        (half <= 1.0).then(|| 2.0 * radius * half.asin())
+    }
+
+    /// The place of it so far from an end, which is its last one or its first.
+    fn off(&self, end: Place, apart: f64, is_last: bool) -> Place {
+        let sign = if is_last { -1.0 } else { 1.0 };
+        let Some((center, ccw)) = self.round else {
+            return from(end, self.direction(end), sign * apart);
+        };
+        let angle = self.along(apart).unwrap_or_default() / distance(self.start, center);
+        let (sin, cos) = (if ccw { sign * angle } else { -sign * angle }).sin_cos();
+        let out = minus(end, center);
+        [center[0] + out[0] * cos - out[1] * sin, center[1] + out[0] * sin + out[1] * cos]
     }
 
     /// The line or circle aside of it: to the left by a distance, or below 0 to the right.
@@ -190,11 +211,8 @@ pub(super) fn finish(
     }
     let (start, end, round) = match finish {
         Finish::Chamfer(size) => {
-            if first.round.is_some() || second.round.is_some() {
-                return Err("a chamfer stands between two straight lines only".to_owned());
-            }
             fits(first, second, size)?;
-            (from(corner, before, -size), from(corner, behind, size), None)
+            (first.off(corner, size, true), second.off(corner, size, false), None)
         }
         Finish::Fillet(radius) => {
             if first.round.is_none() && second.round.is_none() {
@@ -219,13 +237,14 @@ pub(super) fn finish(
     Ok(Some(Leg { start, end, round }))
 }
 
-/// Whether a corner that takes so much of both lines leaves something of them, or nothing.
+/// Whether a corner whose ends lie so far from it leaves something of both moves, or nothing.
 fn fits(first: &Leg, second: &Leg, size: f64) -> Result<(), String> {
     for (leg, name) in [(first, "before"), (second, "behind")] {
         let length = leg.length();
-        if length < size - SAME {
+        if leg.along(size).is_none_or(|taken| taken > length + SAME) {
+            let kind = if leg.round.is_some() { "arc" } else { "line" };
             return Err(format!(
-                "it takes {size:.4} of the line {name} it, which is {length:.4} long"
+                "it takes {size:.4} of the {kind} {name} it, which is {length:.4} long"
             ));
         }
     }
@@ -255,6 +274,14 @@ mod tests {
         let (mut first, mut second) = legs;
         assert!(finish(&mut first, &mut second, Finish::Fillet(5.1)).is_err());
         assert!(finish(&mut first, &mut second, Finish::Chamfer(5.1)).is_err());
+        // A quarter of a circle about [0, 0] that ends where a line begins.
+        let mut arc = Leg { start: [0.0, -5.0], end: [5.0, 0.0], round: Some(([0.0; 2], true)) };
+        let mut second = line([5.0, 0.0], [15.0, 0.0]);
+        let corner = finish(&mut arc, &mut second, Finish::Chamfer(2.0)).unwrap().unwrap();
+        assert!((distance(corner.start, [5.0, 0.0]) - 2.0).abs() < 1e-12);
+        assert!((distance(corner.start, [0.0; 2]) - 5.0).abs() < 1e-12 && corner.start[1] < 0.0);
+        assert_eq!((corner.end, corner.round), ([7.0, 0.0], None));
+        assert!(finish(&mut arc, &mut second, Finish::Chamfer(7.2)).is_err());
         let mut on = line([10.0, 0.0], [15.0, 0.0]);
         assert_eq!(finish(&mut first, &mut on, Finish::Fillet(1.0)), Ok(None));
         let mut back = line([10.0, 0.0], [5.0, 0.0]);

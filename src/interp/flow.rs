@@ -19,7 +19,7 @@ use super::run::{End, Frame, FrameKind, PassedOver, Run};
 use super::words::WHOLE_WITHIN;
 
 /// Calls within calls, at most: as LinuxCNC.
-const CALL_DEPTH_MAX: usize = 10;
+pub(super) const CALL_DEPTH_MAX: usize = 10;
 
 /// Calls of one run, at most.
 const CALLS_MAX: u64 = 1_000_000;
@@ -48,6 +48,19 @@ pub(super) enum Flow {
     Return(Option<u32>),
     /// G65: as a call, with the words of the block as arguments.
     MacroCall {
+        number: u32,
+        repeats: u32,
+    },
+    /// G66: the same after every move from here on, up to G67.
+    ModalMacroBegin {
+        number: u32,
+        repeats: u32,
+    },
+    ModalMacroEnd,
+    /// A block that has moved where G66 is in force.
+    ModalMacro,
+    /// M97: as a call, of the blocks from an N word on.
+    CallBlocks {
         number: u32,
         repeats: u32,
     },
@@ -412,9 +425,9 @@ impl Run<'_> {
     pub(super) fn leave(&mut self) {
         let Some(frame) = self.frames.last_mut() else { return };
         match &mut frame.kind {
-            FrameKind::Call { repeats_left, .. } if *repeats_left > 0 => {
+            FrameKind::Call { repeats_left, start, .. } if *repeats_left > 0 => {
                 *repeats_left -= 1;
-                frame.next = 0;
+                frame.next = *start;
                 frame.repeats.clear();
                 self.engine.executor.leave_call();
                 self.engine.executor.enter_call();
@@ -503,13 +516,21 @@ impl Run<'_> {
             let message = format!("{label} is called {CALL_DEPTH_MAX} calls deep already");
             return Some(Fault::block(&rules::CALL_DEPTH, block, message));
         }
+        let counts = self.counts_calls(repeats);
+        (!counts).then(|| self.too_many_calls(&label.to_string(), block))
+    }
+
+    /// Counts calls; false if they are too many.
+    pub(super) fn counts_calls(&mut self, repeats: u32) -> bool {
         self.calls_made += u64::from(repeats);
-        if self.calls_made > CALLS_MAX {
-            self.end = End::GivenUp;
-            let message = format!("more than {CALLS_MAX} calls: {label} is not run again");
-            return Some(Fault::block(&rules::CALL_COUNT, block, message));
-        }
-        None
+        self.calls_made <= CALLS_MAX
+    }
+
+    /// Ends a run of too many calls.
+    pub(super) fn too_many_calls(&mut self, called: &str, block: &Block) -> Fault {
+        self.end = End::GivenUp;
+        let message = format!("more than {CALLS_MAX} calls: {called} is not run again");
+        Fault::block(&rules::CALL_COUNT, block, message)
     }
 
     /// Begins a subprogram, or reports why it cannot be run.
@@ -529,7 +550,7 @@ impl Run<'_> {
                 }
                 self.engine.executor.enter_call();
                 let has_scope = arguments.is_some();
-                let kind = FrameKind::Call { has_scope, repeats_left: repeats - 1 };
+                let kind = FrameKind::Call { has_scope, repeats_left: repeats - 1, start: 0 };
                 self.frames.push(Frame { body, next: 0, kind, repeats: Vec::new() });
                 let file = place.file.map(str::to_owned);
                 Rc::make_mut(&mut self.calls).push(CallSite { line: place.line, file });
@@ -556,6 +577,17 @@ impl Run<'_> {
         } else {
             format!("it holds {}", labels[..labels.len().min(10)].join(", "))
         };
+        // P51000: O1000 five times.
+        if let Label::Number(number) = label
+            && *number > 9999
+            && !self.dialect.is_fanuc()
+            && labels.contains(&format!("O{}", number % 10_000))
+        {
+            let (number, repeats) = (number % 10_000, number / 10_000);
+            return fault.help(format!(
+                "O{number} {repeats} times is P{number} L{repeats}, or --dialect fanuc"
+            ));
+        }
         match self.library.inputs.looked_for(label) {
             Some(looked_for) => fault.help(format!("{help}; {looked_for}")),
             None => fault.help(help),

@@ -1,7 +1,8 @@
 //! Frames: from program coordinates to the machine's, and back.
 //!
 //! ```text
-//! program ─scale (G51)▶─turn (G68)▶─shift (G92, G52)▶─turn (G10 L2 R)▶─origin (G54…)▶─tool (G43)▶ machine
+//! program ─scale (G51)▶─turn (G68)▶─mirror (G51.1)▶─shift (G92, G52)▶
+//!         ─turn (G10 L2 R)▶─origin (G54…)▶─tool (G43)▶ machine
 //! ```
 //!
 //! The machine position is what counts; a change of frame never moves the machine, it changes what
@@ -9,8 +10,11 @@
 
 use crate::base::{Axis, AxisMap, Machine, Plane, Point};
 
-/// How many work coordinate systems there are: G54 to G59.3.
+/// How many work coordinate systems have a code of their own: G54 to G59.3.
 pub(super) const SYSTEMS: usize = 9;
+
+/// How many more there are, by number: G54.1 P1 to P300.
+pub(super) const FURTHER_SYSTEMS: usize = 300;
 
 /// A work coordinate system.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +46,10 @@ pub(super) struct Rotation {
 /// All that lies between program and machine coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Frames {
-    /// Where the systems lie.
-    systems: [System; SYSTEMS],
+    /// Where the systems lie: G54 to G59.3, then those of G54.1.
+    systems: Vec<System>,
+    /// By how much all of them are shifted (FANUC's external offset).
+    external_mm: Point,
     active: usize,
     /// The one in force, as it was when it was chosen or placed.
     current: System,
@@ -54,6 +60,8 @@ pub(super) struct Frames {
     tool_mm: Point,
     scaling: Option<Scaling>,
     rotation: Option<Rotation>,
+    /// Where axes are mirrored.
+    mirror_mm: AxisMap<Option<f64>>,
     /// The sum of all shifts, by which alone a plain frame differs from the machine's.
     offset_mm: Point,
     is_plain: bool,
@@ -63,18 +71,20 @@ impl Frames {
     /// All systems at the machine's work zero, which is meant to be that of G54.
     pub fn new(machine: &Machine) -> Frames {
         let system = System { origin_mm: machine.work_zero_mm, turn_deg: 0.0, is_set: false };
-        let mut systems = [system; SYSTEMS];
+        let mut systems = vec![system; SYSTEMS + FURTHER_SYSTEMS];
         systems[0].is_set = true;
         Frames {
             current: systems[0],
             systems,
             active: 0,
+            external_mm: Point::ZERO,
             shift_mm: Point::ZERO,
             kept_shift_mm: Point::ZERO,
             is_shifted: false,
             tool_mm: Point::ZERO,
             scaling: None,
             rotation: None,
+            mirror_mm: AxisMap::default(),
             offset_mm: machine.work_zero_mm,
             is_plain: true,
         }
@@ -112,8 +122,20 @@ impl Frames {
 
     /// Makes a work coordinate system the one in force.
     pub fn choose(&mut self, index: usize) {
-        self.active = index.min(SYSTEMS - 1);
-        self.current = self.systems[self.active];
+        if let Some(system) = self.systems.get(index) {
+            (self.active, self.current) = (index, *system);
+        }
+        self.update();
+    }
+
+    /// By how much all systems are shifted.
+    pub fn external_mm(&self) -> &Point {
+        &self.external_mm
+    }
+
+    /// Shifts all systems on one axis.
+    pub fn set_external(&mut self, axis: Axis, by_mm: f64) {
+        self.external_mm[axis] = by_mm;
         self.update();
     }
 
@@ -195,6 +217,17 @@ impl Frames {
         self.update();
     }
 
+    /// Whether an axis is mirrored.
+    pub fn is_mirrored(&self) -> bool {
+        self.mirror_mm.0.iter().any(Option::is_some)
+    }
+
+    /// Mirrors an axis at a place, or not.
+    pub fn set_mirror(&mut self, axis: Axis, at_mm: Option<f64>) {
+        self.mirror_mm[axis] = at_mm;
+        self.update();
+    }
+
     /// Scales, or not.
     pub fn set_scaling(&mut self, scaling: Option<Scaling>) {
         self.scaling = scaling;
@@ -210,9 +243,17 @@ impl Frames {
     fn update(&mut self) {
         let system = &self.current;
         self.offset_mm = AxisMap::from_fn(|axis| {
-            system.origin_mm[axis] + self.shift_mm[axis] + self.tool_mm[axis]
+            self.origin_mm(system, axis) + self.shift_mm[axis] + self.tool_mm[axis]
         });
-        self.is_plain = self.scaling.is_none() && self.rotation.is_none() && system.turn_deg == 0.0;
+        self.is_plain = self.scaling.is_none()
+            && self.rotation.is_none()
+            && !self.is_mirrored()
+            && system.turn_deg == 0.0;
+    }
+
+    /// Where the origin of a system lies on an axis.
+    fn origin_mm(&self, system: &System, axis: Axis) -> f64 {
+        system.origin_mm[axis] + self.external_mm[axis]
     }
 
     /// Machine coordinates of a point of the program.
@@ -222,14 +263,15 @@ impl Frames {
         if let Some(rotation) = &self.rotation {
             turn(&mut point, rotation.plane, rotation.center_mm, rotation.angle_deg);
         }
+        point = self.mirrored(&point);
         point = AxisMap::from_fn(|axis| point[axis] + self.shift_mm[axis]);
         turn(&mut point, Plane::Xy, [0.0; 2], system.turn_deg);
-        AxisMap::from_fn(|axis| point[axis] + system.origin_mm[axis] + self.tool_mm[axis])
+        AxisMap::from_fn(|axis| point[axis] + self.origin_mm(system, axis) + self.tool_mm[axis])
     }
 
     /// What the program calls a point in machine coordinates.
     pub fn program(&self, machine: &Point) -> Point {
-        let mut point = self.unscaled(machine);
+        let mut point = self.mirrored(&self.unscaled(machine));
         if let Some(rotation) = &self.rotation {
             turn(&mut point, rotation.plane, rotation.center_mm, -rotation.angle_deg);
         }
@@ -242,7 +284,14 @@ impl Frames {
         point
     }
 
-    /// A point in machine coordinates before scaling and rotation.
+    /// The mirror image of a point, and that of its image the point itself.
+    fn mirrored(&self, point: &Point) -> Point {
+        AxisMap::from_fn(|axis| {
+            self.mirror_mm[axis].map_or(point[axis], |at_mm| 2.0 * at_mm - point[axis])
+        })
+    }
+
+    /// A point in machine coordinates before scaling, rotation and mirror images.
     fn unscaled(&self, machine: &Point) -> Point {
         let shift_mm = self.shift_mm;
         let point = self.unshifted_by(&self.current, machine);
@@ -257,12 +306,13 @@ impl Frames {
 
     /// A system as it is in force, or would be if it were chosen.
     fn known(&self, index: usize) -> &System {
-        if index == self.active { &self.current } else { &self.systems[index.min(SYSTEMS - 1)] }
+        self.systems.get(index).filter(|_| index != self.active).unwrap_or(&self.current)
     }
 
     fn unshifted_by(&self, system: &System, machine: &Point) -> Point {
-        let mut point =
-            AxisMap::from_fn(|axis| machine[axis] - system.origin_mm[axis] - self.tool_mm[axis]);
+        let mut point = AxisMap::from_fn(|axis| {
+            machine[axis] - self.origin_mm(system, axis) - self.tool_mm[axis]
+        });
         turn(&mut point, Plane::Xy, [0.0; 2], -system.turn_deg);
         point
     }
@@ -294,9 +344,10 @@ impl Frames {
         {
             return None;
         }
-        let Some(scaling) = &self.scaling else { return Some(false) };
+        let is_image = self.mirror_mm[first].is_some() != self.mirror_mm[second].is_some();
+        let Some(scaling) = &self.scaling else { return Some(is_image) };
         let [a, b] = [scaling.factors[first], scaling.factors[second]];
-        (a.abs() == b.abs()).then_some((a < 0.0) != (b < 0.0))
+        (a.abs() == b.abs()).then_some(((a < 0.0) != (b < 0.0)) != is_image)
     }
 }
 
@@ -359,6 +410,7 @@ mod tests {
             }
             frames.set_scaling(Some(scaling));
             let center_mm = [at[1], at[2]];
+            frames.set_mirror(Axis::Y, Some(at[0]));
             frames.set_rotation(Some(Rotation {
                 plane: Plane::Yz, center_mm, angle_deg: angles[1],
             }));

@@ -28,6 +28,7 @@ mod hashed;
 mod inputs;
 mod lenient;
 mod macro_variables;
+mod macros;
 mod modes;
 mod motion;
 mod motions;
@@ -45,6 +46,7 @@ mod record;
 mod run;
 mod spline;
 mod system;
+mod systems;
 mod threading;
 mod tools;
 mod travel;
@@ -63,6 +65,7 @@ pub use tools::{Tool, Tools, ToolsError};
 use std::path::PathBuf;
 
 use crate::base::Point;
+use crate::gcode::LatheSystem;
 
 /// Whose meaning is taken where the same text means one thing here and another there; nothing else
 /// hangs on it.
@@ -80,18 +83,35 @@ pub enum Dialect {
     /// As `Fanuc`, on a lathe: X words are diameters, U and W distances, and what differs from
     /// mills besides (G code system A).
     FanucLathe,
+    /// As `FanucLathe`, by G code system B: G90 and G91 as on mills.
+    FanucLatheB,
     /// As LinuxCNC, but programs begin with G98.
     Grbl,
 }
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 5] =
-        [Dialect::Iso, Dialect::LinuxCnc, Dialect::Fanuc, Dialect::FanucLathe, Dialect::Grbl];
+    pub const ALL: [Dialect; 6] = [
+        Dialect::Iso,
+        Dialect::LinuxCnc,
+        Dialect::Fanuc,
+        Dialect::FanucLathe,
+        Dialect::FanucLatheB,
+        Dialect::Grbl,
+    ];
 
     /// Whether it is that of a FANUC-style control.
     pub fn is_fanuc(self) -> bool {
-        matches!(self, Dialect::Fanuc | Dialect::FanucLathe)
+        self == Dialect::Fanuc || self.lathe().is_some()
+    }
+
+    /// The system of G codes, if it is that of a lathe.
+    pub fn lathe(self) -> Option<LatheSystem> {
+        match self {
+            Dialect::FanucLathe => Some(LatheSystem::A),
+            Dialect::FanucLatheB => Some(LatheSystem::B),
+            Dialect::Iso | Dialect::LinuxCnc | Dialect::Fanuc | Dialect::Grbl => None,
+        }
     }
 
     /// Its name on the command line and in dumps.
@@ -101,6 +121,7 @@ impl Dialect {
             Dialect::LinuxCnc => "linuxcnc",
             Dialect::Fanuc => "fanuc",
             Dialect::FanucLathe => "fanuc-lathe",
+            Dialect::FanucLatheB => "fanuc-lathe-b",
             Dialect::Grbl => "grbl",
         }
     }

@@ -3,13 +3,13 @@
 //! Saved is what LinuxCNC saves: units, plane, cutter compensation, distance and arc distance,
 //! feed mode, work coordinate system (which one, not where it lies), tool length offset, return
 //! level, spindle mode, diameters, path control, feed, speed, spindle, coolant and overrides; not
-//! the motion code, nor what G92, G51, G68 and G16 have set.
+//! the motion code, nor what G92, G51, G51.1, G68 and G16 have set.
 //!
 //! Two things differ. The tool's offset is restored as it was, whatever has set it, as long as the
 //! same tool is in the spindle. And compensation that has been ended since is not begun anew, for
 //! its radius and its lead-in would be guessed: that is an error.
 
-use crate::base::{EventKind, Plane, Point};
+use crate::base::{AxisMap, EventKind, Plane, Point};
 use crate::gcode::{Block, Fault, codes, rules};
 
 use super::compensation::Compensation;
@@ -25,8 +25,23 @@ pub(super) enum LengthMode {
     Off,
     /// G43, G43.2
     Table,
+    /// G44
+    Subtracted,
     /// G43.1
     Words,
+}
+
+impl LengthMode {
+    /// Whether the offset is that of a tool of the table.
+    pub fn is_of_table(self) -> bool {
+        matches!(self, LengthMode::Table | LengthMode::Subtracted)
+    }
+
+    /// A tool's offset as the mode takes it.
+    pub fn signed(self, offset_mm: &Point) -> Point {
+        let sign = if self == LengthMode::Subtracted { -1.0 } else { 1.0 };
+        AxisMap::from_fn(|axis| sign * offset_mm[axis])
+    }
 }
 
 /// Mist and flood coolant.
@@ -255,9 +270,10 @@ impl Executor<'_> {
             self.frames.set_tool(modes.tool_mm);
         } else if modes.length_mode == LengthMode::Off {
             self.frames.set_tool(Point::ZERO);
-        } else if self.length_mode != LengthMode::Table {
+        } else if self.length_mode != modes.length_mode {
             let tool = self.loaded.and_then(|number| self.tools.get(number));
-            self.frames.set_tool(tool.map_or(Point::ZERO, |tool| tool.offset_mm));
+            let offset_mm = tool.map_or(Point::ZERO, |tool| tool.offset_mm);
+            self.frames.set_tool(modes.length_mode.signed(&offset_mm));
         }
         self.length_mode = modes.length_mode;
     }

@@ -284,7 +284,9 @@ impl Executor<'_> {
     ) -> Option<MoveKind> {
         let has_feed = self.has_feed(block, faults);
         let across = center_letter(self.plane.normal());
-        if let Some(word) = block.word(across) {
+        // CAM programs write K0 in XY: it says nothing.
+        let says_nothing = |word: &Word| word.value == 0.0 && !self.centers_absolute;
+        if let Some(word) = block.word(across).filter(|word| !says_nothing(word)) {
             let name = self.plane.name();
             let message = format!("an arc in the {name} plane makes no use of {word}");
             let help = "choose the plane by G17 (XY: I J), G18 (ZX: K I) or G19 (YZ: J K)";

@@ -1,44 +1,22 @@
-//! The codes that place frames: G10, G52, G92, G54 and on, G43, G51, G68; and G28 and G30, which go
-//! to where the machine has its references.
+//! The codes that place frames: G10, G52, G92, G43, G51, G68; and G28 and G30, which go to where the
+//! machine has its references. Work coordinate systems are in [`super::systems`].
 
 use crate::base::{Axis, AxisMap, Point};
-use crate::gcode::codes::{AXIS_LETTERS, Op};
-use crate::gcode::{Block, Fault, Word, rules};
+use crate::gcode::codes::{AXIS_LETTERS, Code, Length, Op};
+use crate::gcode::{Block, Fault, Word, letter_bit, letter_set, rules};
 
 use super::Dialect;
 use super::execute::{Asked, Executor, Output};
-use super::frames::{Rotation, SYSTEMS, Scaling};
+use super::frames::{Rotation, Scaling};
 use super::modes::LengthMode;
 use super::motion::MoveKind;
-use super::words::whole;
-
-/// Names of the work coordinate systems.
-const SYSTEM_NAMES: [&str; SYSTEMS] =
-    ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
+use super::tools::Measure;
+use super::words::{has_point, whole};
 
 /// The system of G10 L11, counted from 0: G59.3.
 const FIXTURE: usize = 8;
 
 impl Executor<'_> {
-    /// G54 to G59.3, counted from 0.
-    pub(super) fn choose_system(&mut self, index: usize, block: &Block, faults: &mut Vec<Fault>) {
-        if index != self.frames.active() {
-            self.frames.choose(index);
-        }
-        let is_set = self.frames.system(index).is_none_or(|system| system.is_set);
-        if is_set || self.systems_missed & 1 << index != 0 {
-            return;
-        }
-        self.systems_missed |= 1 << index;
-        let name = SYSTEM_NAMES.get(index).copied().unwrap_or_default();
-        let message = format!("nothing has placed {name}: it is taken at the machine's work zero");
-        let fault = Fault::block(&rules::SYSTEM_UNSET, block, message);
-        faults.push(fault.help(format!(
-            "place it in the program, as G10 L2 P{} X0 Y0 Z0 in machine coordinates",
-            index + 1
-        )));
-    }
-
     /// The axis words of a block in mm and degrees; reports that there is none.
     fn axis_values(
         &mut self,
@@ -46,10 +24,7 @@ impl Executor<'_> {
         block: &Block,
         faults: &mut Vec<Fault>,
     ) -> Vec<(Axis, f64)> {
-        let mut values = Vec::new();
-        for word in block.words() {
-            values.extend(self.axis_word(word, faults));
-        }
+        let values = self.axis_values_of(block, faults);
         if block.letters() & AXIS_LETTERS == 0 {
             let message = format!("{name} names no axis");
             faults.push(Fault::block(&rules::MISSING_WORD, block, message));
@@ -58,19 +33,26 @@ impl Executor<'_> {
     }
 
     /// Whether offsets mean something by themselves; reports where they do not.
-    fn is_untransformed(&self, name: &str, block: &Block, faults: &mut Vec<Fault>) -> bool {
+    pub(super) fn is_untransformed(
+        &self,
+        name: &str,
+        block: &Block,
+        faults: &mut Vec<Fault>,
+    ) -> bool {
         let by = if self.polar {
             "polar coordinates (G16) are"
         } else if self.frames.scaling().is_some() {
             "scaling (G51) is"
         } else if self.frames.rotation().is_some() {
             "a rotation (G68) is"
+        } else if self.frames.is_mirrored() {
+            "a mirror image (G51.1) is"
         } else {
             return true;
         };
         let message = format!("{name} stands where {by} in force");
         let fault = Fault::block(&rules::TRANSFORMED, block, message);
-        faults.push(fault.help("end it before, by G15, G50 or G69"));
+        faults.push(fault.help("end it before, by G15, G50, G69 or G50.1"));
         false
     }
 
@@ -111,10 +93,23 @@ impl Executor<'_> {
         }
         match kind {
             Some((_, 1.0)) => self.set_tool(number, block, faults),
+            Some((word, 10.0 | 11.0))
+                if self.dialect == Dialect::Iso && block.letters() & AXIS_LETTERS == 0 =>
+            {
+                let message = format!("G10 {word} names no axis whose offset it measures");
+                let fault = Fault::word(&rules::MISSING_WORD, word, message);
+                faults.push(fault.help(
+                    "--dialect fanuc takes R for the tool's length; G10 L1 P R sets a radius",
+                ));
+                self.is_shifted = true;
+            }
             Some((_, 10.0)) => self.measure_tool(number, self.frames.active(), block, faults),
             Some((_, 11.0)) => self.measure_tool(number, FIXTURE, block, faults),
-            Some((_, 2.0)) => self.place_system(number, false, block, faults),
-            Some((_, 20.0)) => self.place_system(number, true, block, faults),
+            Some((_, 2.0)) => self.place_system(number, block, faults),
+            Some((_, 20.0)) if self.dialect.is_fanuc() => {
+                self.place_further(number, block, faults);
+            }
+            Some((_, 20.0)) => self.name_position(number, block, faults),
             Some((word, _)) => {
                 let message = format!("G10 {word} is not supported");
                 let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
@@ -134,10 +129,7 @@ impl Executor<'_> {
     /// G10 L1: offsets and radius of a tool.
     fn set_tool(&mut self, number: &Word, block: &Block, faults: &mut Vec<Fault>) {
         let Some(number) = whole(number, 99_999, faults) else { return };
-        let mut values = Vec::new();
-        for word in block.words() {
-            values.extend(self.axis_word(word, faults));
-        }
+        let values = self.axis_values_of(block, faults);
         let radius_mm = block.word(b'R').map(|word| word.value * self.mm_per_unit);
         let tool = self.tools.entry(number);
         for (axis, value) in values {
@@ -184,8 +176,8 @@ impl Executor<'_> {
         }
     }
 
-    /// G10 L10 and L12 of the dialect fanuc: R is the length, or the radius, of tool P. L11 and
-    /// L13, wear, can only be 0: the tool table has none.
+    /// G10 L10 to L13 of the dialect fanuc: R is the length of tool P, its wear, its radius, or the wear
+    /// of that.
     fn set_tool_memory(
         &mut self,
         kind: &Word,
@@ -200,83 +192,111 @@ impl Executor<'_> {
             return;
         };
         let mm = value.value * self.mm_per_unit;
-        let adds = if self.absolute { 0.0 } else { 1.0 };
-        let tool = self.tools.entry(number);
-        match kind.value {
-            10.0 => tool.offset_mm[Axis::Z] = adds * tool.offset_mm[Axis::Z] + mm,
-            12.0 => tool.diameter_mm = adds * tool.diameter_mm + 2.0 * mm,
-            _ if mm == 0.0 => {}
-            _ => {
-                let message = format!("{value}: the wear of tools is not supported");
-                let fault = Fault::word(&rules::UNSUPPORTED_WORD, &value, message);
-                faults.push(fault.help("add it to the length (L10) or to the radius (L12)"));
-                self.is_shifted = true;
+        let measure = if kind.value < 12.0 { Measure::Length } else { Measure::Radius };
+        let is_wear = matches!(kind.value, 11.0 | 13.0);
+        let before_mm = match is_wear {
+            _ if self.absolute => 0.0,
+            true => self.tools.wear_mm(number, measure),
+            false => self.tools.measure_mm(number, measure),
+        };
+        self.tools.set_measure(number, measure, is_wear, before_mm + mm);
+    }
+
+    /// G43 to G49
+    pub(super) fn change_length(&mut self, length: Length, block: &Block, faults: &mut Vec<Fault>) {
+        match length {
+            Length::Table => self.set_length(LengthMode::Table, block, faults),
+            Length::Subtracted => self.set_length(LengthMode::Subtracted, block, faults),
+            Length::Words => self.set_length_by_words(block, faults),
+            Length::More => self.add_length(block, faults),
+            Length::Off => {
+                self.length_mode = LengthMode::Off;
+                self.frames.set_tool(Point::ZERO);
             }
         }
     }
 
-    /// G10 L2 and L20: where a system lies, or what it calls the present position.
-    fn place_system(
-        &mut self,
-        number: &Word,
-        by_position: bool,
-        block: &Block,
-        faults: &mut Vec<Fault>,
-    ) {
-        let Some(number) = whole(number, SYSTEMS as u32, faults) else { return };
-        if !self.is_untransformed("G10", block, faults) {
-            return;
-        }
-        let index = (number as usize).checked_sub(1).unwrap_or(self.frames.active());
-        let Some(mut system) = self.frames.system(index).copied() else { return };
-        let mut values = Vec::new();
-        for word in block.words() {
-            values.extend(self.axis_word(word, faults));
-        }
-        system.turn_deg = block.word(b'R').map_or(system.turn_deg, |word| word.value);
-        system.is_set = true;
-        self.frames.set_system(index, system);
-        if by_position {
-            let called = self.frames.unshifted(index, &self.position_mm);
-            let shift_mm = self.frames.shift_mm();
-            let mut wanted = called;
-            for (axis, value) in values {
-                wanted[axis] = value + shift_mm[axis];
-            }
-            system.origin_mm = self.frames.origin_moved(index, &called, &wanted);
-        } else {
-            for (axis, value) in values {
-                system.origin_mm[axis] = value;
-            }
-        }
-        self.frames.set_system(index, system);
-    }
-
-    /// G43 and G43.2: the offset of a tool of the table; without H of the one in the spindle.
-    pub(super) fn set_length(&mut self, adds: bool, block: &Block, faults: &mut Vec<Fault>) {
+    /// G43 and G44: the offset of a tool of the table; without H of the one in the spindle.
+    fn set_length(&mut self, mode: LengthMode, block: &Block, faults: &mut Vec<Fault>) {
         let number = match block.word(b'H') {
             Some(word) => whole(word, 99_999, faults),
-            None if adds => {
-                let message = "G43.2 has no H, the tool whose offset is added";
-                faults.push(Fault::block(&rules::MISSING_WORD, block, message));
-                None
-            }
             None => Some(self.loaded.unwrap_or(0)),
         };
-        let found = number.map(|number| (number, self.tools.get(number).copied()));
-        let offset_mm = match found {
-            Some((_, Some(tool))) => tool.offset_mm,
-            Some((0, None)) => Point::ZERO,
-            Some((number, None)) => {
-                faults.push(self.unknown_tool(number, block));
-                self.is_shifted = true;
-                return;
-            }
-            None => return,
+        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults))
+        else {
+            return;
+        };
+        self.length_mode = mode;
+        self.frames.set_tool(mode.signed(&offset_mm));
+    }
+
+    /// G43.2
+    fn add_length(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let Some(word) = block.word(b'H') else {
+            let message = "G43.2 has no H, the tool whose offset is added";
+            faults.push(Fault::block(&rules::MISSING_WORD, block, message));
+            return;
+        };
+        let number = whole(word, 99_999, faults);
+        let Some(offset_mm) = number.and_then(|number| self.length_of(number, block, faults))
+        else {
+            return;
         };
         self.length_mode = LengthMode::Table;
-        let before_mm = if adds { self.frames.tool_mm() } else { Point::ZERO };
+        let before_mm = self.frames.tool_mm();
         self.frames.set_tool(AxisMap::from_fn(|axis| before_mm[axis] + offset_mm[axis]));
+    }
+
+    /// The offsets of a tool of the table; of tool 0 none.
+    fn length_of(&mut self, number: u32, block: &Block, faults: &mut Vec<Fault>) -> Option<Point> {
+        match self.tools.get(number) {
+            Some(tool) => Some(tool.offset_mm),
+            None if number == 0 => Some(Point::ZERO),
+            None => {
+                faults.push(self.unknown_tool(number, block));
+                self.is_shifted = true;
+                None
+            }
+        }
+    }
+
+    /// Letters of tools that a block may name without the code that makes use of them: D, which the
+    /// next G41 or G42 without one takes, and in the dialect fanuc H while G43 or G44 is in force.
+    pub(super) fn held_numbers(&self, block: &Block) -> u32 {
+        let is_free = |letter: u8| {
+            let bit = letter_bit(letter);
+            block.has(letter) && self.codes.iter().all(|(code, _)| code.words & bit == 0)
+        };
+        let takes_d = matches!(self.dialect, Dialect::Iso | Dialect::Fanuc);
+        let d = if takes_d && is_free(b'D') { letter_bit(b'D') } else { 0 };
+        let takes_h = self.dialect == Dialect::Fanuc && self.length_mode.is_of_table();
+        d | if takes_h && is_free(b'H') { letter_bit(b'H') } else { 0 }
+    }
+
+    /// Takes such letters; the codes of the block have been executed.
+    pub(super) fn hold_numbers(
+        &mut self,
+        block: &Block,
+        codes: &[(&'static Code, Op)],
+        asked: Asked,
+        faults: &mut Vec<Fault>,
+    ) {
+        if asked.is_faulty || block.letters() & letter_set("DH") == 0 {
+            return;
+        }
+        let of = |letter: u8| codes.iter().find(|(code, _)| code.words & letter_bit(letter) != 0);
+        let is_own = |op: &Op| matches!(op, Op::Compensate { by_diameter: false, .. });
+        let keeps = match of(b'D') {
+            None => matches!(self.dialect, Dialect::Iso | Dialect::Fanuc),
+            Some((_, op)) => self.dialect == Dialect::Fanuc && is_own(op),
+        };
+        if let Some(word) = block.word(b'D').filter(|_| keeps) {
+            self.held_d = whole(word, 99_999, faults);
+        }
+        let takes_h = self.dialect == Dialect::Fanuc && self.length_mode.is_of_table();
+        if takes_h && block.has(b'H') && of(b'H').is_none() {
+            self.set_length(self.length_mode, block, faults);
+        }
     }
 
     /// A tool that the table lacks.
@@ -299,7 +319,7 @@ impl Executor<'_> {
     }
 
     /// G43.1: the offset is that of the axis words.
-    pub(super) fn set_length_by_words(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+    fn set_length_by_words(&mut self, block: &Block, faults: &mut Vec<Fault>) {
         let mut offset_mm = self.frames.tool_mm();
         for (axis, value) in self.axis_values("G43.1", block, faults) {
             offset_mm[axis] = value;
@@ -309,7 +329,9 @@ impl Executor<'_> {
     }
 
     /// G51: axis words are the centre, P or I J K the factors.
-    pub(super) fn set_scaling(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+    /// On FANUC factors without a point are thousandths.
+    pub(super) fn set_scaling(&mut self, block: &Block, out: &mut Output<'_>) {
+        let faults = &mut *out.faults;
         let mut center_mm = self.frames.program(&self.position_mm);
         for word in block.words() {
             if let Some((axis, value)) = self.axis_word(word, faults) {
@@ -326,7 +348,9 @@ impl Executor<'_> {
                 faults.push(Fault::word(&rules::BAD_VALUE, word, "a scale of 0 leaves nothing"));
                 return;
             }
-            factors[axis] = word.value;
+            let has_point = has_point(word, out.text) || word.value.fract() != 0.0;
+            let is_small = self.dialect == Dialect::Fanuc && !has_point;
+            factors[axis] = word.value / if is_small { 1000.0 } else { 1.0 };
         }
         if !any {
             let message = "G51 has neither P nor I J K, the factors";
@@ -336,12 +360,34 @@ impl Executor<'_> {
         self.frames.set_scaling(Some(Scaling { center_mm, factors }));
     }
 
+    /// G51.1: axis words are where these axes are mirrored.
+    pub(super) fn set_mirror(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let from = self.frames.program(&self.position_mm);
+        for (axis, value) in self.axis_values("G51.1", block, faults) {
+            let at_mm = if self.absolute { value } else { from[axis] + value };
+            self.frames.set_mirror(axis, Some(at_mm));
+        }
+    }
+
+    /// G50.1: the axes that it names are mirrored no longer; without any all.
+    pub(super) fn end_mirror(&mut self, block: &Block, faults: &mut Vec<Fault>) {
+        let named: Vec<Axis> =
+            self.axis_values_of(block, faults).into_iter().map(|(axis, _)| axis).collect();
+        let axes = if named.is_empty() { Axis::ALL.to_vec() } else { named };
+        for axis in axes {
+            self.frames.set_mirror(axis, None);
+        }
+    }
+
     /// G50, which of a lathe means something else.
     pub(super) fn end_scaling(&mut self, block: &Block, faults: &mut Vec<Fault>) {
         if let Some(word) = block.first_of(AXIS_LETTERS).or(block.word(b'S')) {
             let message = format!("{word} beside G50: its meaning on lathes is not supported");
             let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-            faults.push(fault.help("G92 sets the position, D beside G96 the greatest speed"));
+            faults.push(fault.help(
+                "take --dialect fanuc-lathe for a program of a lathe; else G92 sets the position, D \
+                 beside G96 the greatest speed",
+            ));
             self.is_shifted = true;
             return;
         }
@@ -387,6 +433,13 @@ impl Executor<'_> {
 
     /// G28 and G30: by way of the axis words to the reference of their axes; without any, of all.
     fn go_to_reference(&mut self, index: u8, block: &Block, asked: Asked, out: &mut Output<'_>) {
+        if let Some(word) = block.word(b'P').filter(|word| index == 1 && word.value != 2.0) {
+            let message = format!("{word}: there are no more than two reference positions");
+            let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
+            out.faults.push(fault.help("G28 goes to the first, G30 (or G30 P2) to the second"));
+            self.forget_position();
+            return;
+        }
         let has_words = block.letters() & AXIS_LETTERS != 0;
         let by_way = self.target(block, &asked, out.faults);
         let mut reference_mm = by_way;
@@ -444,7 +497,8 @@ pub(super) fn claims_axes(op: Op) -> bool {
             | Op::GoToReference(_)
             | Op::Lathe(_)
             | Op::Stock(_)
-            | Op::LengthOffsetByWords
+            | Op::LengthOffset(Length::Words)
+            | Op::Mirror { .. }
             | Op::Scaling
             | Op::Rotation
     )

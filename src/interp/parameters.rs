@@ -347,7 +347,7 @@ pub(super) fn arguments(block: &Block) -> Vec<(u32, f64)> {
     words.filter(|(number, _)| *number > 0).collect()
 }
 
-/// Whether a block is a macro call: G65 with its P.
+/// Whether a block is a macro call: G65 or G66 with its P.
 pub(super) fn is_macro_call(block: &Block) -> bool {
     block.has(b'P') && block.is_macro_call()
 }

@@ -2,31 +2,52 @@
 //!
 //! `@` and `^` stand for X and Y, in G17; what is missing of them is that of where the
 //! machine stands, and under G91 both are distances. G16 makes radius and angle of the words of the
-//! plane's two axes; under G91 only its angle can be told, for controls measure the radius from
-//! different places there.
+//! plane's two axes. Under G91 its angle goes on from the one before; a radius there is a way from
+//! where the machine stands (FANUC), an angle alone a turn about the origin.
 
-use crate::base::{Axis, Plane};
+use crate::base::{Axis, Plane, Point};
 use crate::gcode::codes::POLAR_LETTERS;
 use crate::gcode::{Block, Fault, Word, letter_set, rules};
 
 use super::execute::{Asked, Executor};
 use super::frames::sin_cos_deg;
 
-/// By how much a place moves about the origin from one hole of a cycle to the next.
+/// By how much a place moves from one hole of a cycle to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PolarStep {
     axes: [Axis; 2],
     radius_mm: f64,
     angle_deg: f64,
+    /// From place to place, in this direction; else about the origin.
+    walks_deg: Option<f64>,
 }
 
 impl PolarStep {
     /// Moves a place once more.
-    pub fn apply(&self, at: &mut crate::base::Point) {
-        let (radius, angle) = polar([at[self.axes[0]], at[self.axes[1]]]);
-        let to = from_polar(radius + self.radius_mm, angle + self.angle_deg);
+    pub fn apply(&mut self, at: &mut Point) {
+        let from = self.axes.map(|axis| at[axis]);
+        let to = match &mut self.walks_deg {
+            Some(direction_deg) => {
+                *direction_deg += self.angle_deg;
+                let by = from_polar(self.radius_mm, *direction_deg);
+                [from[0] + by[0], from[1] + by[1]]
+            }
+            None => {
+                let (radius, angle) = polar(from);
+                from_polar(radius + self.radius_mm, angle + self.angle_deg)
+            }
+        };
         [at[self.axes[0]], at[self.axes[1]]] = to;
     }
+}
+
+/// What G16 keeps from block to block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct PolarMode {
+    /// The angle given last.
+    angle_deg: f64,
+    /// Whether the radius given last was a way from where the machine stood.
+    walked: bool,
 }
 
 impl Executor<'_> {
@@ -77,7 +98,8 @@ impl Executor<'_> {
             let by = (by_radius.unwrap_or_default(), by_angle.unwrap_or_default());
             let radius_mm = by.0 * self.mm_per_unit;
             let axes = [Axis::X, Axis::Y];
-            asked.polar_step = Some(PolarStep { axes, radius_mm, angle_deg: by.1 });
+            asked.polar_step =
+                Some(PolarStep { axes, radius_mm, angle_deg: by.1, walks_deg: None });
             let to = from_polar(radius + by.0, angle + by.1);
             [to[0] - from[0], to[1] - from[1]]
         };
@@ -92,33 +114,53 @@ impl Executor<'_> {
     /// Where the words of the plane's axes lead under G16, on these axes in mm: `to` holds what
     /// they say, or where the machine stands.
     pub(super) fn polar_target(
-        &self,
+        &mut self,
         words: [Option<&Word>; 2],
         from: [f64; 2],
         to: [f64; 2],
         faults: &mut Vec<Fault>,
     ) -> Option<[f64; 2]> {
         let (radius, angle_deg) = polar(from);
+        let told_deg = words[1].map(|word| word.value);
         if self.absolute {
-            let angle_deg = words[1].map_or(angle_deg, |word| word.value);
+            let angle_deg = told_deg.unwrap_or(angle_deg);
+            self.polar_mode = PolarMode { angle_deg, walked: false };
             return Some(from_polar(if words[0].is_some() { to[0] } else { radius }, angle_deg));
         }
-        if let Some(word) = words[0] {
-            let message =
-                format!("{word}: a radius of polar coordinates under G91 is not supported");
+        let by_deg = told_deg.unwrap_or_default();
+        if words[0].is_some() {
+            let angle_deg = self.polar_mode.angle_deg + by_deg;
+            self.polar_mode = PolarMode { angle_deg, walked: true };
+            let by = from_polar(to[0] - from[0], angle_deg);
+            return Some([from[0] + by[0], from[1] + by[1]]);
+        }
+        if let Some(word) = words[1].filter(|_| self.polar_mode.walked) {
+            let message = format!("{word}: behind a radius under G91 it may turn about two places");
             let fault = Fault::word(&rules::UNSUPPORTED_WORD, word, message);
-            faults.push(fault.help("write the radius under G90; G91 and the angle alone turn on"));
+            faults.push(fault.help("write the radius too, or both under G90"));
             return None;
         }
-        let by_deg = words[1].map_or(0.0, |word| word.value);
+        self.polar_mode.angle_deg = angle_deg + by_deg;
         Some(from_polar(radius, angle_deg + by_deg))
     }
 
     /// The step of a cycle that repeats under G16 and G91.
     pub(super) fn polar_mode_step(&self, block: &Block) -> Option<PolarStep> {
+        if self.absolute {
+            return None;
+        }
         let axes = self.plane.axes();
-        let word = block.word(axes[1].letter() as u8).filter(|_| !self.absolute)?;
-        Some(PolarStep { axes, radius_mm: 0.0, angle_deg: word.value })
+        let words = axes.map(|axis| block.word(axis.letter() as u8));
+        let angle_deg = words[1].map_or(0.0, |word| word.value);
+        match words {
+            [None, None] => None,
+            [None, Some(_)] => Some(PolarStep { axes, radius_mm: 0.0, angle_deg, walks_deg: None }),
+            [Some(radius), _] => {
+                let radius_mm = radius.value * self.mm_per_unit;
+                let walks_deg = Some(self.polar_mode.angle_deg + angle_deg);
+                Some(PolarStep { axes, radius_mm, angle_deg, walks_deg })
+            }
+        }
     }
 }
 

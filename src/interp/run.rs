@@ -16,6 +16,7 @@ use super::execute::is_error;
 use super::findings::Place;
 use super::flow::Flow;
 use super::hashed::HashedReader;
+use super::macros::ModalMacro;
 use super::motion::Motion;
 use super::program::{
     Library, Tape, TextOptions, acts, misplaced_title, next_block, program_number,
@@ -40,8 +41,8 @@ pub(super) enum FrameKind {
     Section,
     /// The main program.
     Main,
-    /// A subprogram; `has_scope`: with parameters of its own.
-    Call { has_scope: bool, repeats_left: u32 },
+    /// A subprogram, from a block of it on; `has_scope`: with parameters of its own.
+    Call { has_scope: bool, repeats_left: u32, start: usize },
 }
 
 /// How the main program has come to its end.
@@ -103,6 +104,8 @@ pub(super) struct Run<'a> {
     pub(super) passed_over: Vec<PassedOver>,
     /// The lathe cycle whose contour is being read.
     pub(super) awaited: Option<Awaited>,
+    /// The macro that every move calls.
+    pub(super) modal_macro: Option<ModalMacro>,
 }
 
 /// A line with faults in a subprogram that stood in the way.
@@ -141,6 +144,7 @@ impl<'a> Run<'a> {
             calls_made: 0,
             passed_over: Vec::new(),
             awaited: None,
+            modal_macro: None,
         }
     }
 
@@ -185,7 +189,7 @@ impl<'a> Run<'a> {
         };
         engine.judge_delete(&self.block);
         let place = Place { line: line.number, text: line.bytes, calls: &[], file: None };
-        let mut flow = Flow::Next;
+        let (mut flow, first) = (Flow::Next, motions.len());
         // Most lines: nothing but words, and none that could begin a program.
         if self.block.is_words_only() && !self.block.has(b'O') && engine.faults.is_empty() {
             self.tape.begin();
@@ -221,6 +225,9 @@ impl<'a> Run<'a> {
             };
         }
         engine.report(&place, false);
+        if let Some(modal) = &mut self.modal_macro {
+            flow = modal.flow_after(flow, &motions[first..], 0);
+        }
         if flow == Flow::Next {
             return Ok(());
         }
@@ -256,6 +263,9 @@ impl<'a> Run<'a> {
                 flow = self.engine.execute(block, &place, motions);
                 self.engine.report(&place, true);
                 self.work += (motions.len() - first) as u64 * WORK_OF_MOVE;
+                if let Some(modal) = &mut self.modal_macro {
+                    flow = modal.flow_after(flow, &motions[first..], self.calls.len());
+                }
             }
         }
         if flow == Flow::Next && self.work <= self.work_max {
@@ -337,6 +347,12 @@ impl<'a> Run<'a> {
                 let (number, repeats) =
                     if is_joined { (number % 10_000, number / 10_000) } else { (number, repeats) };
                 self.call(&Label::Number(number), repeats, None, block, place)?;
+            }
+            Flow::ModalMacroBegin { number, repeats } => self.begin_modal_macro(number, repeats),
+            Flow::ModalMacroEnd => self.modal_macro = None,
+            Flow::ModalMacro => self.call_modal_macro(block, place)?,
+            Flow::CallBlocks { number, repeats } => {
+                self.call_blocks(number, repeats, block, place)?;
             }
             Flow::MacroCall { number, repeats } => {
                 let arguments =

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use crate::base::{Axis, Plane, Point, Spline};
 use crate::gcode::codes::{AXIS_LETTERS, Op, SplineCode};
-use crate::gcode::{Block, Fault, letter_bit, rules};
+use crate::gcode::{Block, Fault, letter_bit, letter_set, rules};
 
 use super::execute::{Asked, Executor, MotionMode, Output};
 use super::motion::MoveKind;
@@ -21,15 +21,17 @@ use super::nurbs::OpenNurbs;
 use super::words::machine_coordinates_alone;
 
 /// Letters of FANUC's high-speed machining.
-pub(super) const LOOK_AHEAD_LETTERS: u32 = letter_bit(b'P') | letter_bit(b'Q');
+pub(super) const LOOK_AHEAD_LETTERS: u32 = letter_set("PQR");
 
-/// Whether G5 or G5.1 is no spline but FANUC's high-speed machining, on or off: `G5 P10000`, `G5 P0`,
-/// `G5.1 Q1`, `G5.1 Q0`. It says how a control is to plan, never where the tool goes, and leaves the
-/// motion code in force. No spline has these words alone.
+/// Whether G5 or G5.1 is no spline, and G8 no end of diameters, but FANUC's high-speed machining, on
+/// or off: `G5 P10000`, `G5 P0`, `G5.1 Q1 R5`, `G5.1 Q0`, `G8 P1`, `G8 P0`. It says how a control is to
+/// plan, never where the tool goes, and leaves the motion code in force. No spline has these words
+/// alone.
 pub(super) fn is_look_ahead(op: Op, block: &Block) -> bool {
     let (letter, values) = match op {
         Op::Spline(SplineCode::Cubic) => (b'P', [0.0, 10_000.0]),
         Op::Spline(SplineCode::Quadratic) => (b'Q', [0.0, 1.0]),
+        Op::Radius => (b'P', [0.0, 1.0]),
         _ => return false,
     };
     let others = AXIS_LETTERS | SplineCode::Cubic.words() & !letter_bit(letter);

@@ -156,10 +156,7 @@ impl Executor<'_> {
             "_inverse_time" => is_mode(FeedMode::InverseTime),
             "_units_per_minute" => is_mode(FeedMode::PerMinute),
             "_units_per_rev" => is_mode(FeedMode::PerTurn),
-            "_coord_system" => match self.frames.active() as u32 {
-                index @ 0..6 => f64::from(540 + 10 * index),
-                index => f64::from(585 + index),
-            },
+            "_coord_system" => self.system_code(),
             "_tool_offset" => truth(self.frames.tool_mm().0.iter().any(|offset| *offset != 0.0)),
             // Named the wrong way round at LinuxCNC, and so they are in its programs: G99, G98.
             "_retract_r_plane" => truth(self.returns_to_r),

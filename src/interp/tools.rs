@@ -34,6 +34,15 @@ pub struct Tools {
     tools: BTreeMap<u32, Tool>,
     /// What people call them.
     names: BTreeMap<u32, String>,
+    /// Wear that a program has set, of length and radius; the tools' offsets have it in them.
+    wear_mm: BTreeMap<u32, [f64; 2]>,
+}
+
+/// What a control keeps of a tool, beside its wear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measure {
+    Length,
+    Radius,
 }
 
 /// Why a text is no tool table.
@@ -85,6 +94,36 @@ impl Tools {
     /// A tool to change; it is made if there is none.
     pub(super) fn entry(&mut self, number: u32) -> &mut Tool {
         self.tools.entry(number).or_insert(Tool::NONE)
+    }
+
+    /// The wear of a tool.
+    pub(super) fn wear_mm(&self, number: u32, measure: Measure) -> f64 {
+        self.wear_mm.get(&number).map_or(0.0, |wear_mm| wear_mm[measure as usize])
+    }
+
+    /// A measure of a tool without its wear; of one that is not there 0.
+    pub(super) fn measure_mm(&self, number: u32, measure: Measure) -> f64 {
+        let whole_mm = self.get(number).map_or(0.0, |tool| match measure {
+            Measure::Length => tool.offset_mm[Axis::Z],
+            Measure::Radius => tool.diameter_mm / 2.0,
+        });
+        whole_mm - self.wear_mm(number, measure)
+    }
+
+    /// Sets a measure of a tool, or its wear.
+    pub(super) fn set_measure(&mut self, number: u32, measure: Measure, is_wear: bool, mm: f64) {
+        let other_mm = if is_wear {
+            let other_mm = self.measure_mm(number, measure);
+            self.wear_mm.entry(number).or_default()[measure as usize] = mm;
+            other_mm
+        } else {
+            self.wear_mm(number, measure)
+        };
+        let tool = self.entry(number);
+        match measure {
+            Measure::Length => tool.offset_mm[Axis::Z] = mm + other_mm,
+            Measure::Radius => tool.diameter_mm = 2.0 * (mm + other_mm),
+        }
     }
 
     fn add(

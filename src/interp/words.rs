@@ -1,6 +1,6 @@
 //! Words by themselves: which can stand together, which are refused, what values they may have.
 
-use crate::gcode::codes::{self, Code, Op};
+use crate::gcode::codes::{self, Code, Macro, Op};
 use crate::gcode::{Block, Call, Fault, Word, foreign, letter_bit, letter_name, rules};
 
 use super::execute::{MotionMode, is_error};
@@ -102,6 +102,12 @@ pub(super) fn machine_coordinates_alone(block: &Block, faults: &mut Vec<Fault>) 
     }
 }
 
+/// Whether a word is written with a decimal point, which decides its unit on FANUC.
+pub(super) fn has_point(word: &Word, text: &[u8]) -> bool {
+    let span = text.get(word.start as usize..word.end as usize);
+    span.is_some_and(|text| text.contains(&b'.'))
+}
+
 /// What is nearly whole is taken for it (RS274/NGC): expressions are rounded.
 pub(super) const WHOLE_WITHIN: f64 = 1e-4;
 
@@ -150,12 +156,17 @@ pub(super) fn call_flow(block: &Block, call: &Call, faults: &mut Vec<Fault>) -> 
     repeated_call(&number, block, faults)
 }
 
-/// Where M98, M99 or G65 leads.
+/// Where M97 to M99, G65 or G66 leads.
 pub(super) fn leads_to(op: Op, block: &Block, faults: &mut Vec<Fault>) -> Flow {
     match op {
         Op::Return => {
             Flow::Return(block.word(b'P').and_then(|word| whole(word, 999_999_999, faults)))
         }
+        Op::Macro(Macro::ModalOff) => Flow::ModalMacroEnd,
+        Op::Call { by_block: true } => match subprogram_flow(block, faults) {
+            Flow::Call { number, repeats } => Flow::CallBlocks { number, repeats },
+            flow => flow,
+        },
         _ => subprogram_flow(block, faults),
     }
 }

@@ -42,11 +42,12 @@ pub struct DialectArg(pub Dialect);
 
 impl ValueEnum for DialectArg {
     fn value_variants<'a>() -> &'a [DialectArg] {
-        const ALL: [DialectArg; 5] = [
+        const ALL: [DialectArg; 6] = [
             DialectArg(Dialect::Iso),
             DialectArg(Dialect::LinuxCnc),
             DialectArg(Dialect::Fanuc),
             DialectArg(Dialect::FanucLathe),
+            DialectArg(Dialect::FanucLatheB),
             DialectArg(Dialect::Grbl),
         ];
         &ALL

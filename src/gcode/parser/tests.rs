@@ -40,6 +40,11 @@ fn lines_become_words() {
     check("/ N5 G4 P.5", "/N5 G4 P0.5", &[]);
     check(":1000", "O1000", &[]);
     check("O0008 (Test program)", "O8", &[]);
+    check("<O0008> (Test program)", "O8", &[]);
+    check("<Part 1>", "O<part1>", &[]);
+    check("/2 N5 G4", "/N5 G4", &[]);
+    check("N5 / G4", "/N5 G4", &[]);
+    check("/22 G4", "/G4", &["bad-number"]);
     check("% ; tape", "%", &[]);
     check("/%", "/%", &[]);
     check("GR100", "GR100", &[]);

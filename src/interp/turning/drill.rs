@@ -75,8 +75,11 @@ impl Executor<'_> {
             at[across] = r_mm;
             drill.rapid(&at);
             drill.hole(cycle, &hole, &mut at);
-            at[across] = initial_mm;
-            drill.rapid(&at);
+            // G99 of system B.
+            if !drill.executor.returns_to_r {
+                at[across] = initial_mm;
+                drill.rapid(&at);
+            }
         }
     }
 

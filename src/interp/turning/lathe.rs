@@ -1,4 +1,4 @@
-//! FANUC-style lathes (G code system A): U W V H as distances, G50, T with its offset, and the
+//! FANUC-style lathes (G code system A; in system B the cycles are G77 to G79): U W V H as distances, G50, T with its offset, and the
 //! cycles that cut once: G90, G92, G94.
 //!
 //! ```text
@@ -52,6 +52,11 @@ pub(in crate::interp) struct Cut {
 
 impl Executor<'_> {
     pub(in crate::interp) fn is_lathe(&self) -> bool {
+        self.dialect.lathe().is_some()
+    }
+
+    /// Whether U and W are distances along X and Z.
+    fn has_distances(&self) -> bool {
         self.dialect == Dialect::FanucLathe
     }
 
@@ -60,7 +65,7 @@ impl Executor<'_> {
         if AXIS_LETTERS & letter_bit(letter) == 0 {
             return None;
         }
-        match (letter, self.is_lathe()) {
+        match (letter, self.has_distances()) {
             (b'U', true) => Some(Axis::X),
             (b'V', true) => Some(Axis::Y),
             (b'W', true) => Some(Axis::Z),
@@ -70,7 +75,7 @@ impl Executor<'_> {
 
     /// Whether an axis word is a position, and not a distance.
     pub(in crate::interp) fn is_position(&self, word: &Word) -> bool {
-        self.absolute && !(self.is_lathe() && matches!(word.letter, b'U' | b'V' | b'W'))
+        self.absolute && !(self.has_distances() && matches!(word.letter, b'U' | b'V' | b'W'))
     }
 
     /// Whether a block has a word for an axis.
@@ -81,7 +86,8 @@ impl Executor<'_> {
     /// Reports an axis that a position and a distance both move.
     pub(in crate::interp) fn names_twice(&self, block: &Block, faults: &mut Vec<Fault>) -> bool {
         let pairs = [(b'X', b'U'), (b'Y', b'V'), (b'Z', b'W')];
-        let twice = pairs.into_iter().find(|(to, by)| block.has(*to) && block.has(*by));
+        let mut pairs = pairs.into_iter().filter(|_| self.has_distances());
+        let twice = pairs.find(|(to, by)| block.has(*to) && block.has(*by));
         let Some((to, by)) = twice else { return false };
         if let Some(word) = block.word(by) {
             let to = char::from(to);

@@ -33,6 +33,9 @@ use stock::{Allowance, cut};
 /// Most repetitions of G73.
 const REPEATS_MAX: u32 = 1000;
 
+const LATHE_HELP: &str =
+    "take --dialect fanuc-lathe for a program of a FANUC-style lathe; else write G18 before it";
+
 /// How far a cut of G71 and G72 escapes where no block says it.
 const ESCAPE_MM: f64 = 0.5;
 
@@ -54,6 +57,9 @@ impl Executor<'_> {
             None
         };
         if let Some((mode, help)) = mode {
+            // FANUC's form of these cycles, read as RS274/NGC's.
+            let is_fanuc = !self.is_lathe() && (block.word(b'Q').is_none() || block.has(b'P'));
+            let help = if is_fanuc && turn != Turn::Finish { LATHE_HELP } else { help };
             let message = format!("a lathe cycle cannot run while {mode}");
             faults.push(Fault::block(&rules::CYCLE_MODE, block, message).help(help));
             return false;

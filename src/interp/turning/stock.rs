@@ -1,14 +1,15 @@
 //! G70 to G73 of FANUC-style lathes: a contour of the same program, cut level by level or nearer
 //! each time.
 //!
-//! Roughing goes down one axis and up the other only (type I). Each cut goes along its level up to
-//! the contour, escapes at 45 degrees and comes back; the last pass follows the contour with what
-//! is left for finishing. All cycles end where they began.
+//! Where the contour goes in one direction on both axes (type I), each cut of roughing goes along its
+//! level up to the contour, escapes at 45 degrees and comes back; the last pass follows the contour
+//! with what is left for finishing. One that goes in again, in one direction along the cuts (type II),
+//! is cleared pocket by pocket, as G71 and G72 of RS274/NGC do. All cycles end where they began.
 
-use crate::gcode::codes::Stock;
+use crate::gcode::codes::{Pockets, Stock};
 
 use super::profile::{Piece, QUARTER, Vector, plus};
-use super::rough::{Turned, Way};
+use super::rough::{Roughing, Turned, Way, rough};
 
 /// What the blocks of a cycle say, in program units: along Z, along X as a radius.
 #[derive(Clone, Copy, Debug)]
@@ -53,19 +54,36 @@ pub(super) fn cut(
         contour.turn(&QUARTER);
     }
     contour.prepare()?;
+    if contour.has_pockets() {
+        let (faces, pockets, distance) = (stock == Stock::Face, Pockets::Cut, 0.0);
+        let Allowance { left: shift, depth, escape, .. } = *words;
+        let words = Roughing { faces, pockets, distance, shift, depth, escape };
+        // The first level is one cut away from where the cycle begins.
+        let across = usize::from(!faces);
+        let mut first = start;
+        if let Some(lead) = pieces.first() {
+            let deep = lead.end[across] - start[across];
+            first[across] += depth.min(deep.abs()).copysign(deep);
+        }
+        let mut ways = rough(pieces, first, &words)?;
+        ways.push(Way::Rapid(start));
+        return Ok(ways);
+    }
     contour.levels(words)?;
     contour.finish_at(start)
 }
 
 impl Turned {
+    /// Whether the contour goes in again.
+    fn has_pockets(&self) -> bool {
+        self.pieces.iter().skip(1).any(|piece| piece.end[1] < piece.start[1] - 1e-6)
+    }
+
     /// Cuts level by level.
     fn levels(&mut self, words: &Allowance) -> Result<(), &'static str> {
         let (start, Some(lead)) = (self.start(), self.pieces.first().copied()) else {
             return Err("it is empty");
         };
-        if self.pieces.iter().skip(1).any(|piece| piece.end[1] < piece.start[1] - 1e-6) {
-            return Err("it goes in again: pockets are not cut by this cycle");
-        }
         let deep = start[1] - lead.end[1];
         if deep / words.depth > LEVELS_MAX {
             return Err("the cuts are too many: is the depth right?");

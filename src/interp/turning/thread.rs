@@ -12,7 +12,7 @@ use crate::gcode::{Block, Fault, Word, letter_bit, rules};
 use crate::interp::cycles::PASSES_MAX;
 use crate::interp::execute::{Executor, Output};
 use crate::interp::motion::MoveKind;
-use crate::interp::words::whole;
+use crate::interp::words::{has_point, whole};
 
 /// What first blocks of G76 say.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,13 +49,12 @@ impl Executor<'_> {
     /// A length of P, Q or D of a lathe cycle: one that is written without a point is in thousandths of
     /// a mm (ten-thousandths of an inch), as controls count it.
     pub(super) fn small_length_mm(&self, word: &Word, text: &[u8]) -> f64 {
-        let span = text.get(word.start as usize..word.end as usize);
-        let has_point = span.is_some_and(|text| text.contains(&b'.'));
-        let unit = match (has_point || word.value.fract() != 0.0, self.mm_per_unit == 1.0) {
-            (true, _) => 1.0,
-            (false, true) => 1e-3,
-            (false, false) => 1e-4,
-        };
+        let unit =
+            match (has_point(word, text) || word.value.fract() != 0.0, self.mm_per_unit == 1.0) {
+                (true, _) => 1.0,
+                (false, true) => 1e-3,
+                (false, false) => 1e-4,
+            };
         word.value * unit * self.mm_per_unit
     }
 
@@ -144,7 +143,7 @@ impl Executor<'_> {
             angle_deg: f64::from(digits % 100),
         });
         let least_mm = block.word(b'Q').map(|word| self.small_length_mm(word, out.text));
-        let finish_mm = block.word(b'R').map(|word| word.value.abs() * self.mm_per_unit);
+        let finish_mm = block.word(b'R').map(|word| self.small_length_mm(word, out.text).abs());
         let words = &mut self.lathe.thread;
         words.form = form.or(words.form);
         words.least_mm = least_mm.unwrap_or(words.least_mm);

@@ -8,7 +8,7 @@ use cnc::gcode::codes::{self, Code, Group};
 use cnc::gcode::foreign::{self, Foreign};
 use cnc::gcode::rules::{self, Rule};
 use cnc::gcode::words::{self, WordMeaning};
-use cnc::gcode::{find_lathe, notes};
+use cnc::gcode::{LatheSystem, find_lathe, notes};
 use cnc::interp::{self, Options};
 use serde_json::{Value, json};
 
@@ -246,7 +246,7 @@ fn explain_code(
 
 /// What the code means on FANUC-style lathes, if it is something else there.
 fn of_lathes(code: &Code) -> Option<&'static Code> {
-    find_lathe(code.letter, f64::from(code.tenths) / 10.0)
+    find_lathe(code.letter, f64::from(code.tenths) / 10.0, LatheSystem::A)
 }
 
 fn code_json(code: &Code) -> Value {

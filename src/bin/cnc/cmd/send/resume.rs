@@ -66,7 +66,7 @@ impl Resume {
             return Err(anyhow!("{name} tells of a job with {what}: it cannot be gone on with"))
                 .or_bad_input();
         }
-        let is_lathe = was.options.iter().any(|option| option == "dialect=fanuc-lathe");
+        let is_lathe = was.options.iter().any(|option| option.starts_with("dialect=fanuc-lathe"));
         if is_lathe || Axis::LINEAR.iter().any(|axis| machine.axis(*axis).is_none()) {
             return Err(anyhow!("a lathe's way back to the work is not up, over and down"))
                 .or_bad_input();

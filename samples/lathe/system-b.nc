@@ -1,0 +1,29 @@
+(G code system B: G90 and G91, cycles G77 to G79, feeds G94 and G95, levels G98 and G99)
+O0004 (machine: samples/machines/lathe.toml; dialect: fanuc-lathe-b)
+G90 G95 G21
+G92 S2500
+G97 S800 M3
+T0100
+G0 X52 Z2
+G77 X46 Z-20 F0.2
+X42
+G79 X30 Z-1 F0.1
+G0 X44 Z4
+G78 X39 Z-15 F1.5
+X38.2
+G0 X52 Z2
+G71 U2 R0.5
+G71 P10 Q20 U0.4 W0.1 F0.2
+N10 G0 X30
+G1 Z-10
+N20 X52
+G70 P10 Q20
+G91 G0 X-52 Z3
+G99 G83 Z-8 R-2 F0.1
+G90 G98 G83 Z-12 R-2 Q4000
+G80
+G94 G1 X10 F100
+G33 Z-3 F2
+G0 X52
+Z2
+M30
