@@ -12,6 +12,19 @@ use super::number::{POWERS_OF_TEN, is_blank};
 const WHOLE_POWERS_OF_TEN: [i64; DIGITS_MAX as usize + 1] =
     [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000];
 
+/// Powers of ten without a minus and with one. A minus comes with the divisor: noughts have signs too, and
+/// to set one in a quotient would be to wait for it.
+const SIGNED_POWERS_OF_TEN: [[f64; 2 * DIGITS_MAX as usize + 1]; 2] = {
+    let mut powers = [[1.0; 2 * DIGITS_MAX as usize + 1]; 2];
+    let mut digits = 0;
+    while digits < powers[0].len() {
+        powers[0][digits] = POWERS_OF_TEN[digits];
+        powers[1][digits] = -POWERS_OF_TEN[digits];
+        digits += 1;
+    }
+    powers
+};
+
 /// Most digits before the point, where a minus counts as one, and behind it. With no more than
 /// fourteen the number is below the greatest there is, and its digits as a whole number are exact in
 /// f64, as are the powers of ten; so the quotient is correctly rounded.
@@ -112,8 +125,8 @@ fn with_zeros(rest: &[u8]) -> [u8; WORD_BYTES] {
 fn plain_number(letter: u8, word: &[u8; WORD_BYTES]) -> Option<(f64, usize)> {
     let bytes = eight_bytes(word, 1)?;
     // Signs change without a rule: one that becomes a nought costs less than a branch.
-    let is_negative = bytes as u8 == b'-';
-    let signs = u32::from(is_negative);
+    let signs = u32::from(bytes as u8 == b'-');
+    let sign = signs as usize;
     let bytes = bytes ^ u64::from(signs * u32::from(b'-' ^ b'0'));
     let others = NonZeroU64::new(not_digits(bytes))?;
     let whole = others.trailing_zeros() / 8;
@@ -122,7 +135,8 @@ fn plain_number(letter: u8, word: &[u8; WORD_BYTES]) -> Option<(f64, usize)> {
         if whole <= signs {
             return None;
         }
-        return Some((signed(whole_number(bytes, whole) as f64, is_negative), 1 + whole as usize));
+        let value = whole_number(bytes, whole) as f64 * SIGNED_POWERS_OF_TEN[sign][0];
+        return Some((value, 1 + whole as usize));
     }
     let (value, decimals) = match NonZeroU64::new(others.get() & (others.get() - 1)) {
         Some(behind_point) => {
@@ -148,14 +162,8 @@ fn plain_number(letter: u8, word: &[u8; WORD_BYTES]) -> Option<(f64, usize)> {
     if decimals > 1 && matches!(letter, b'G' | b'M') {
         return None;
     }
-    let magnitude = value as f64 / POWERS_OF_TEN.get(decimals as usize)?;
-    Some((signed(magnitude, is_negative), (whole + decimals) as usize + 2))
-}
-
-/// A number with a sign, or without. Noughts have signs too.
-#[inline]
-fn signed(magnitude: f64, is_negative: bool) -> f64 {
-    f64::from_bits(magnitude.to_bits() | u64::from(is_negative) << 63)
+    let value = value as f64 / SIGNED_POWERS_OF_TEN[sign].get(decimals as usize)?;
+    Some((value, (whole + decimals) as usize + 2))
 }
 
 /// The highest bit of each of eight bytes that is no digit. A carry from a byte that is not ASCII may
