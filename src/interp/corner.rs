@@ -404,7 +404,9 @@ impl Executor<'_> {
             (point[axes[0]], point[axes[1]]) = (place[0], place[1]);
             point
         };
-        let (from, to) = (lift(corner.start), lift(corner.end));
+        // What is used up is no move, and no full circle either.
+        let from = if a.length() < USED_UP_MM { first.from } else { lift(corner.start) };
+        let to = if b.length() < USED_UP_MM { next.to } else { lift(corner.end) };
         let feeds = [&*first, &*next].map(|step| step.kind.feed_mm_min().unwrap_or_default());
         let feed_mm_min = feeds[0].min(feeds[1]);
         let kind = match corner.round {
@@ -415,9 +417,7 @@ impl Executor<'_> {
             }
         };
         let step = Move { from, to, kind, ..first.clone() };
-        // What is used up is no move, and no full circle either.
-        first.to = if a.length() < USED_UP_MM { first.from } else { from };
-        next.from = if b.length() < USED_UP_MM { next.to } else { to };
+        (first.to, next.from) = (from, to);
         Ok(Some(step))
     }
 }

@@ -164,7 +164,7 @@ impl Executor<'_> {
         self.frames.set_tool(known.unwrap_or(Point::ZERO));
     }
 
-    /// G90, G92 and G94: words that a block lacks are those of the block before.
+    /// G90, G92 and G94, in system B G77 to G79: words that a block lacks are those of the block before.
     fn cut_once(&mut self, single: Single, block: &Block, asked: Asked, out: &mut Output<'_>) {
         let faults_before = out.faults.len();
         let start = self.frames.program(&self.position_mm);
@@ -196,7 +196,7 @@ impl Executor<'_> {
         third[across] = start[across];
         self.go_lathe(block, &first, MoveKind::Rapid, out);
         if single == Single::Thread {
-            let name = "G92";
+            let name = if self.dialect == Dialect::FanucLatheB { "G78" } else { "G92" };
             let ends = [self.frames.machine(&first), self.frames.machine(&to)];
             let pitch = self.pitch_by_lead(name, block, &ends[0], &ends[1], out.faults);
             let rpm = self.sync_rpm(name, block, out.faults);
