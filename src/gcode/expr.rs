@@ -500,12 +500,12 @@ pub(super) fn written(code: &[Step]) -> String {
 }
 
 /// Code as it is written behind a letter. In brackets stand a number, which would be taken for that
-/// of a plain word, two signs, and ROUND, which would make GR of a G.
+/// of a plain word, two signs, and functions: letter and name might be read as a keyword, as GR.
 pub(super) fn value_written(code: &[Step]) -> String {
     let written = steps_written(code).at_least(OPERAND);
     let needs_brackets = matches!(code, [Step::Number(_)])
         || written.starts_with("--")
-        || written.starts_with(Function::Round.name());
+        || written.starts_with(|first: char| first.is_ascii_alphabetic());
     if needs_brackets { format!("[{written}]") } else { written }
 }
 

@@ -59,7 +59,7 @@ fn lines_become_words() {
     check("IF [#1] THEN #2=3", "IF [#1] THEN #2=3", &[]);
     check("N7 WHILE [1] DO2", "N7 WHILE [1] DO2", &[]);
     check("END2", "END2", &[]);
-    check("G X COS[0]", "XCOS[0]", &["missing-number"]);
+    check("G X COS[0]", "X[COS[0]]", &["missing-number"]);
     check("G0 @ 5 ^-30 S100 $0", "G0 @5 ^-30 S100 $0", &[]);
     check("o#1 call [2]", "O#1 CALL [2]", &[]);
     check("X#<_ini[a]b> Y1", "X#<_ini[a]b> Y1", &[]);

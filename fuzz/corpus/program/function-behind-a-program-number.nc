@@ -1,0 +1,25 @@
+(What expressions amount to: every X is what the comment says.)
+G21 G90 G17
+G1 F600 X[-2**2] (4: a sign belongs to its number)
+X[[2**3**2]/10] (6.4: powers go from left to right)
+X[-7 MOD 3] (2: never negative)
+X[FIX[-1.5]] (-2)
+X[FUP[-1.5]] (-1)
+X[ROUND[2.5]] (3)
+X[10*SIN[30]] (5)
+O100 X[ATAN[1]/[1]] (45)
+X[SQRT[16] + LN[EXP[2]] - ABS[-1]] (5)
+X[1 EQ 1.0000005] (1: equal within a millionth)
+X#500 (0: a numbered parameter that is not set)
+#1=1 #2=[#1+6] X#1 (0: all is read before anything is set)
+X#1 Y-#2 (1, and 0-6=-6 for the 0 that #1 was)
+#1=#1+1 (no brackets needed behind =)
+X#1 (2)
+#<depth>=1.5 #<_global>=2
+X[#<depth> + #<_global>] (3.5)
+#100=7 #7=9
+X##100 (9)
+X[EXISTS[#<depth>] + EXISTS[#<other>]] (1)
+X[#5420 + 1] (2: where X stands, and one more)
+G[1] X COS[0] (1)
+M30
