@@ -8,8 +8,8 @@ use cnc::gcode::codes::{self, Code, Group};
 use cnc::gcode::foreign::{self, Foreign};
 use cnc::gcode::rules::{self, Rule};
 use cnc::gcode::words::{self, WordMeaning};
-use cnc::gcode::{LatheSystem, find_lathe, notes};
-use cnc::interp::{self, Options};
+use cnc::gcode::{find_lathe, notes};
+use cnc::interp::{self, Dialect, Options};
 use serde_json::{Value, json};
 
 use crate::args::Global;
@@ -45,7 +45,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     } else if let Some((letter, number)) = as_code(&wanted) {
         match (codes::find(letter, number), foreign::find(letter, number)) {
             (Some(code), row) => explain_code(&mut out, code, row, global)?,
-            (None, Some(row)) => explain_foreign(&mut out, row, global)?,
+            (None, Some(row)) => explain_foreign(&mut out, row, on_lathe(letter, number), global)?,
             (None, None) => return Err(unknown(name, &wanted).into()),
         }
     } else if let Some(row) = words::find(&wanted) {
@@ -235,23 +235,41 @@ fn explain_code(
     if let Some(Foreign { control, meaning, .. }) = elsewhere {
         writeln!(out, "elsewhere {control}: {meaning}")?;
     }
-    if let Some(own) = of_lathes(code) {
-        writeln!(out, "lathe     {} (--dialect fanuc-lathe)", own.meaning)?;
-    }
+    write_lathe(out, of_lathes(code))?;
     if let Some(note) = notes::note(code) {
         writeln!(out, "\n{note}")?;
     }
     Ok(())
 }
 
+/// What a code means on FANUC-style lathes, and in which dialect.
+type OnLathe = (&'static Code, Dialect);
+
 /// What the code means on FANUC-style lathes, if it is something else there.
-fn of_lathes(code: &Code) -> Option<&'static Code> {
-    find_lathe(code.letter, f64::from(code.tenths) / 10.0, LatheSystem::A)
+fn of_lathes(code: &Code) -> Option<OnLathe> {
+    on_lathe(code.letter, f64::from(code.tenths) / 10.0)
+}
+
+/// The same of a code that may have no meaning elsewhere.
+fn on_lathe(letter: u8, number: f64) -> Option<OnLathe> {
+    let dialects = [Dialect::FanucLathe, Dialect::FanucLatheB].into_iter();
+    let mut found = dialects
+        .filter_map(|dialect| Some((find_lathe(letter, number, dialect.lathe()?)?, dialect)));
+    found.find(|(code, _)| code.op.is_some())
+}
+
+fn write_lathe(out: &mut impl Write, found: Option<OnLathe>) -> io::Result<()> {
+    match found {
+        Some((code, dialect)) => {
+            writeln!(out, "lathe     {} (--dialect {})", code.meaning, dialect.name())
+        }
+        None => Ok(()),
+    }
 }
 
 fn code_json(code: &Code) -> Value {
     json!({
-        "lathe": of_lathes(code).map(|own| own.meaning),
+        "lathe": of_lathes(code).map(|(own, _)| own.meaning),
         "code": code.name(), "group": code.group.name(), "supported": code.op.is_some(),
         "meaning": code.meaning, "words": code.letters().concat(), "note": notes::note(code),
     })
@@ -278,18 +296,28 @@ fn explain_word(out: &mut impl Write, row: &WordMeaning, global: &Global) -> any
     Ok(())
 }
 
-fn explain_foreign(out: &mut impl Write, row: &Foreign, global: &Global) -> anyhow::Result<()> {
+fn explain_foreign(
+    out: &mut impl Write,
+    row: &Foreign,
+    lathe: Option<OnLathe>,
+    global: &Global,
+) -> anyhow::Result<()> {
     let Foreign { control, meaning, instead, .. } = row;
     if global.json {
         let value = json!({
             "schema": 1, "code": row.name(), "supported": false, "control": control,
-            "meaning": meaning, "instead": instead,
+            "meaning": meaning, "instead": instead, "lathe": lathe.map(|(own, _)| own.meaning),
         });
         writeln!(out, "{value}")?;
         return Ok(());
     }
-    writeln!(out, "{}: means nothing here, and a program with it is refused", row.name())?;
+    let where_refused = if lathe.is_some() { "on mills" } else { "here" };
+    let name = row.name();
+    writeln!(out, "{name}: means nothing {where_refused}, and a program with it is refused")?;
     writeln!(out, "elsewhere {control}: {meaning}")?;
-    writeln!(out, "instead   {instead}")?;
+    if lathe.is_none() {
+        writeln!(out, "instead   {instead}")?;
+    }
+    write_lathe(out, lathe)?;
     Ok(())
 }
