@@ -234,7 +234,7 @@ fn turning(turns: &[(f64, f64)]) -> Vec<(Point, MoveKind)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn every_limit_is_kept(

@@ -41,6 +41,9 @@ const LANDING_SPEED: f64 = 1e-6;
 /// What is nearer to the ceiling than this share of its speed is on it.
 const ON_CEILING: f64 = 1e-7;
 
+/// Places nearer to each other than this share of them are the same, but for rounding.
+const PLACE_ERROR: f64 = 1e-12;
+
 /// A part of the motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
@@ -383,6 +386,12 @@ impl<'a> Rounding<'a> {
             if off_mm_s2 <= LANDING_SHARE * self.runs[lane.run].piece.accel_max_mm_s2() {
                 state.accel_mm_s2 = ceiling.accel_mm_s2;
             }
+        }
+        // In a valley the ceiling goes on steeper than the arc: it is the next lane that counts.
+        let end_mm = self.lanes[number].end_mm;
+        if end_mm - state.at_mm <= PLACE_ERROR * end_mm.abs() {
+            state.at_mm = end_mm;
+            number += 1;
         }
         (self.state, self.lane, self.follows) = (state, number, hit.ceiling_mm_s2.is_some());
         true
