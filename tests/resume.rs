@@ -1,44 +1,25 @@
 //! `cnc send --resume`: whatever a program has in force where it was cut, the rest is the rest of its plan;
 //! what cannot be gone on with is refused. On simulated nodes.
 
-use std::fs;
-use std::path::PathBuf;
-use std::process::{Command as Process, Output, Stdio};
+mod bench;
 
+use std::fs;
+use std::process::Output;
+
+use bench::Bench;
 use serde_json::Value;
 
-/// A folder with a program, its journal and its trace.
-struct Bench(tempfile::TempDir);
+/// A folder with a program and a tool table.
+fn bench(program: &str) -> Bench {
+    let bench = Bench::new(program, "starmill");
+    fs::write(bench.path("tools.csv"), "tool,Z,diameter\n1,7.5,4\n2,-3,6\n").unwrap();
+    bench
+}
 
-impl Bench {
-    fn new(program: &str) -> Bench {
-        let bench = Bench(tempfile::tempdir().unwrap());
-        fs::write(bench.path("part.nc"), program).unwrap();
-        fs::write(bench.path("tools.csv"), "tool,Z,diameter\n1,7.5,4\n2,-3,6\n").unwrap();
-        bench
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    #[track_caller]
-    fn cnc(&self, args: &[&str], code: i32, says: &str) -> Output {
-        let mut process = Process::new(env!("CARGO_BIN_EXE_cnc"));
-        process.env_remove("CNC_MACHINE").stdin(Stdio::null()).current_dir(&self.0);
-        let output = process.args(args).output().unwrap();
-        let said = [&output.stderr[..], &output.stdout].concat();
-        let said = String::from_utf8_lossy(&said);
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
-        assert!(said.contains(says), "{args:?}: expected '{says}': {said}");
-        output
-    }
-
-    #[track_caller]
-    fn send(&self, port: &str, file: &str, args: &[&str], code: i32, says: &str) -> Output {
-        let send = ["send", port, file, "--ignore-stops", "--json", "--journal", "journal"];
-        self.cnc(&[&send, args].concat(), code, says)
-    }
+#[track_caller]
+fn send(bench: &Bench, port: &str, file: &str, args: &[&str], code: i32, says: &str) -> Output {
+    let send = ["send", port, file, "--ignore-stops", "--json", "--journal", "journal"];
+    bench.cnc(&[&send, args].concat(), code, says)
 }
 
 fn result(output: &Output) -> Value {
@@ -70,16 +51,17 @@ fn whatever_is_in_force_the_rest_is_the_rest_of_the_plan() {
         let program = format!(
             "G21 G90 G17 G94 F150\n{subs}{end}\nM3 S900\nG1 Z-1\nX15\nX0\n{part}\nG1 Z3\nX15 Y2\nX0 Y0\nM30\n"
         );
-        let bench = Bench::new(&program);
-        let whole = result(&bench.send("sim:", "part.nc", options, 0, "executed what was planned"));
+        let bench = bench(&program);
+        let whole =
+            result(&send(&bench, "sim:", "part.nc", options, 0, "executed what was planned"));
         assert!(whole["buffers"].as_u64().unwrap() > 2, "{part:?}");
         for cut in [2000] {
             fs::remove_file(bench.path("journal")).unwrap();
             let port = format!("sim:faults=dead:X@tick.{cut}");
-            bench.send(&port, "part.nc", options, 3, "did not answer");
+            send(&bench, &port, "part.nc", options, 3, "did not answer");
             let resume = ["--resume", "journal", "--at", "11,22,33", "--yes", "--trace", "trace"];
             let resume = [&resume[..], options].concat();
-            let last = bench.send("sim:", "part.nc", &resume, 0, "goes on from its last seam");
+            let last = send(&bench, "sim:", "part.nc", &resume, 0, "goes on from its last seam");
             let last = result(&last);
             assert_eq!(last["executed_as_planned"], true);
             for axis in ["X", "Y", "Z"] {
@@ -102,8 +84,15 @@ fn with_hole(cycle: &str) -> String {
 #[test]
 fn a_tap_is_not_put_back_into_its_thread() {
     for (cycle, cut, is_free) in [("G84", 1500, true), ("G84", 3000, false), ("G81", 3000, true)] {
-        let bench = Bench::new(&with_hole(cycle));
-        bench.send(&format!("sim:faults=close@tick.{cut}"), "part.nc", &[], 3, "the port is gone");
+        let bench = bench(&with_hole(cycle));
+        send(
+            &bench,
+            &format!("sim:faults=close@tick.{cut}"),
+            "part.nc",
+            &[],
+            3,
+            "the port is gone",
+        );
         let resume = ["send", "sim:", "part.nc", "--resume", "journal", "--dry-run"];
         match is_free {
             true => bench.cnc(&resume, 0, "safe for the bus"),
@@ -114,21 +103,21 @@ fn a_tap_is_not_put_back_into_its_thread() {
 
 #[test]
 fn the_rest_of_a_dump_is_what_the_person_sees_to() {
-    let bench = Bench::new(&with_hole("G81"));
+    let bench = bench(&with_hole("G81"));
     bench.cnc(&["interpolate", "part.nc", "--csv", "-o", "part.csv"], 0, "");
-    bench.send("sim:faults=dead:X@tick.4000", "part.csv", &[], 3, "did not answer");
+    send(&bench, "sim:faults=dead:X@tick.4000", "part.csv", &[], 3, "did not answer");
     let resume = ["--resume", "journal", "--yes", "--trace", "trace"];
-    bench.send("sim:", "part.csv", &resume, 0, "a dump does not tell what line");
+    send(&bench, "sim:", "part.csv", &resume, 0, "a dump does not tell what line");
     bench.cnc(&["replay", "trace", "part.csv"], 0, "same");
 }
 
 /// The start of a job that is gone on with is that of the whole one, wherever the axes stand by then.
 #[test]
 fn the_start_of_the_whole_job_is_in_the_journal() {
-    let bench = Bench::new("G21 G90 F150\nG1 X15\nX0\nX15\nX0\nM30\n");
+    let bench = bench("G21 G90 F150\nG1 X15\nX0\nX15\nX0\nM30\n");
     let port = "sim:faults=dead:X@tick.2100";
-    bench.send(port, "part.nc", &["--start", "70.5,50,50"], 3, "did not answer");
+    send(&bench, port, "part.nc", &["--start", "70.5,50,50"], 3, "did not answer");
     let resume = ["--resume", "journal", "--at", "1,2,3", "--yes", "--trace", "trace"];
-    bench.send("sim:", "part.nc", &resume, 0, "goes on from its last seam");
+    send(&bench, "sim:", "part.nc", &resume, 0, "goes on from its last seam");
     bench.cnc(&["replay", "trace", "part.nc"], 0, "same");
 }

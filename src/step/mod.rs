@@ -54,7 +54,7 @@ pub struct Interpolator<I> {
     /// Steps a mm; 0 on axes that the machine lacks.
     steps_per_mm: AxisMap<f64>,
     /// The machine has no axes but X, Y and Z. Else all nine are computed in every tick: a number that is
-    /// known beforehand takes vector instructions and no branch, and three take half the time of nine.
+    /// known beforehand takes no branch, and with three a tick takes two thirds of the instructions.
     has_xyz_only: bool,
     /// Rounded position at the last boundary.
     steps: AxisMap<i64>,

@@ -18,7 +18,7 @@ pub struct Bracket {
     /// The last place known to be at or below zero.
     pub low: f64,
     /// The last known to be above.
-    pub high: f64,
+    high: f64,
     /// Values at both, infinite where only the sign is known.
     values: [f64; 2],
     /// Which end was moved last.

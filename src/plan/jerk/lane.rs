@@ -6,7 +6,7 @@ use super::stretch::{State, Stretch};
 
 /// On bent pieces the acceleration is constant and steps from one to the next: by what the jerk makes
 /// of it in a piece's time, but by no more than this share of the greatest acceleration.
-const STEP_SHARE: f64 = 0.1;
+const STEP_SHARE: f64 = 0.05;
 
 /// Speeds closer to each other than this share are the same: what rounding makes of equal ones.
 pub const SAME: f64 = 1e-9;

@@ -340,20 +340,22 @@ impl<'a> Rounding<'a> {
         error: f64,
         at: impl Fn(f64) -> State,
     ) -> Option<(f64, Hit)> {
+        if !ends[1].is_over() {
+            return None;
+        }
         let mut bracket = Bracket::new(range, ends.map(|reach| reach.excess));
-        let mut hit = ends[1].place;
-        let error = |hit: Option<Hit>| if hit.is_some() { error } else { 0.0 };
-        while let Some(place) = first.take().or_else(|| bracket.guess(error(hit))) {
+        let mut hit = ends[1].place?;
+        while let Some(place) = first.take().or_else(|| bracket.guess(error)) {
             let reach = self.sweep(at(place), self.lane);
             bracket.take(place, reach.excess);
             if reach.is_over() || reach.touches() {
-                hit = reach.place;
+                hit = reach.place?;
             }
             if reach.touches() {
                 break;
             }
         }
-        hit.map(|hit| (bracket.low, hit))
+        Some((bracket.low, hit))
     }
 
     /// Follows the arc from a state to where it touches; not if it does not touch there.
