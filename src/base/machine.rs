@@ -115,7 +115,7 @@ pub struct Bus {
     pub count_max: u32,
     /// The host's ID.
     pub host_id: u8,
-    /// Each axis's node.
+    /// Each axis's node: its ID, or with [`Protocol::Frame`] its place in the frame, from 1.
     pub nodes: BTreeMap<Axis, u8>,
     /// A node without a motor that can be master as a time base.
     pub metronome_id: Option<u8>,
@@ -132,6 +132,8 @@ pub struct Bus {
 pub enum Protocol {
     /// Node buffers, a sync byte a tick (seed 004, method C).
     Buffered,
+    /// A frame of all counts a tick, to nodes that cannot answer (seed 004, method A).
+    Frame,
     /// Nothing can be sent; motion has no buffers and no seams.
     None,
 }
@@ -193,6 +195,12 @@ pub const PADS_MIN: u32 = 4;
 pub const TICK_MARGIN_US: u32 = 280;
 /// Most steps a tick whose byte is never taken for an ID on the bus (H1).
 pub const COUNT_MAX_SAFE: u32 = 119;
+/// Bytes of a frame: the info byte, and two for each of six axes (seed 004, fig. 3.11).
+pub const FRAME_BYTES: u32 = 13;
+/// Axes that a frame has room for.
+pub const FRAME_PLACES: u8 = 6;
+/// Most steps a tick that a frame's two bytes of seven bits carry either way.
+pub const FRAME_COUNT_MAX: u32 = 8191;
 
 impl AxisProfile {
     /// Nearest motor step to where the home switch closes: [`AxisProfile::home_mm`], or else the
@@ -220,6 +228,16 @@ impl Bus {
     /// where there are no buffers.
     pub fn motion_ticks_max(&self) -> Option<u32> {
         (self.protocol == Protocol::Buffered).then(|| self.buffer_ticks.saturating_sub(PADS_MIN))
+    }
+
+    /// How long a frame is on the wire.
+    pub fn frame_s(&self) -> f64 {
+        self.wire_s(FRAME_BYTES)
+    }
+
+    /// The least baud rate at which a frame is off the wire within a tick.
+    pub fn frame_baud_least(&self) -> u64 {
+        (u64::from(FRAME_BYTES) * 10 * 1_000_000).div_ceil(u64::from(self.tick_us.max(1)))
     }
 
     /// What stands for a bus that the profile does not tell of; such a profile is refused.
@@ -275,6 +293,41 @@ impl Machine {
         file::parse(id, id, text)
     }
 
+    /// The same machine at the end of another line. Frames give its axes, those with nodes if any have,
+    /// their places in order.
+    ///
+    /// # Errors
+    /// In words, where the profile does not tell what the protocol has to know.
+    pub fn with_protocol(self, protocol: Protocol) -> Result<Machine, String> {
+        if self.bus.protocol == protocol {
+            return Ok(self);
+        }
+        if protocol != Protocol::Frame {
+            return Err(format!(
+                "machine {} has no node IDs for this protocol: name a profile that has (bus.nodes)",
+                self.id
+            ));
+        }
+        let axes = self.axes.iter().map(|profile| profile.axis);
+        let with_node =
+            |axis: &Axis| self.bus.nodes.is_empty() || self.bus.nodes.contains_key(axis);
+        let nodes: BTreeMap<Axis, u8> = axes.filter(with_node).zip(1..).collect();
+        if nodes.len() > usize::from(FRAME_PLACES) {
+            let (axes, places) = (nodes.len(), FRAME_PLACES);
+            return Err(format!("a frame has places for {places} axes, this machine has {axes}"));
+        }
+        let bus = Bus {
+            protocol,
+            nodes,
+            metronome_id: None,
+            spare_ids: Vec::new(),
+            master: Master::Auto,
+            ..self.bus
+        };
+        let machine = Machine { bus, ..self };
+        Ok(Machine { toml: canonical::text(&machine), ..machine })
+    }
+
     /// What is allowed but will not work as hoped.
     pub fn warnings(&self) -> Vec<String> {
         let bus = &self.bus;
@@ -292,6 +345,15 @@ impl Machine {
                 "bus.count_max = {} is more than {COUNT_MAX_SAFE}: bytes from 120 on are IDs on \
                  the bus, and `cnc send` refuses a job that holds one",
                 bus.count_max
+            ));
+        }
+        if bus.protocol == Protocol::Frame && u64::from(bus.baud) < bus.frame_baud_least() {
+            warnings.push(format!(
+                "a frame takes {:.0} µs at {} baud, bus.tick_us = {}: `cnc send` refuses less than {} baud",
+                bus.frame_s() * 1e6,
+                bus.baud,
+                bus.tick_us,
+                bus.frame_baud_least()
             ));
         }
         warnings.extend(self.hooks.warning());

@@ -147,6 +147,13 @@ pub enum DirectError {
     /// The profile names no protocol.
     #[error("this machine's profile says bus.protocol = \"none\": nothing can be sent over it")]
     NoProtocol,
+    /// Frames go one way.
+    #[error(
+        "nodes that take frames (bus.protocol = \"frame\") cannot be homed or jogged by themselves: they could not \
+         tell that they are at a switch, nor be stopped; `cnc jog --by` moves an axis by frames, and --at says \
+         where it stands"
+    )]
+    NoAnswers,
     /// The machine has no such axis, or no node for it.
     #[error("this machine has no axis {0}, or no node for it")]
     NoAxis(Axis),
@@ -314,8 +321,10 @@ fn home_order(machine: &Machine, wanted: &[Axis]) -> Vec<Axis> {
 }
 
 fn axis_and_node(machine: &Machine, axis: Axis) -> Result<(&AxisProfile, Unit), DirectError> {
-    if machine.bus.protocol == Protocol::None {
-        return Err(DirectError::NoProtocol);
+    match machine.bus.protocol {
+        Protocol::None => return Err(DirectError::NoProtocol),
+        Protocol::Frame => return Err(DirectError::NoAnswers),
+        Protocol::Buffered => {}
     }
     let profile = machine.axis(axis).ok_or(DirectError::NoAxis(axis))?;
     let id = *machine.bus.nodes.get(&axis).ok_or(DirectError::NoAxis(axis))?;

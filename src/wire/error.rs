@@ -22,6 +22,33 @@ pub enum JobError {
         /// What the nodes need.
         least_us: u32,
     },
+    /// A frame is still on the wire when the next one is due.
+    #[error(
+        "a frame of {bytes} bytes takes {frame_us} µs at {baud} baud, and bus.tick_us = {tick_us}: at least \
+         {baud_least} baud are needed"
+    )]
+    FrameTooLong {
+        /// Its bytes.
+        bytes: u32,
+        /// Bits a second.
+        baud: u32,
+        /// What it takes.
+        frame_us: u64,
+        /// The profile's.
+        tick_us: u32,
+        /// What would do.
+        baud_least: u64,
+    },
+    /// A frame would not say what it is to say: never, unless the codec is wrong.
+    #[error("line {line}, tick {tick}: the frame does not say what is planned at place {place}")]
+    Frame {
+        /// The place in the frame; 0 is the info byte.
+        place: u8,
+        /// The tick.
+        tick: u64,
+        /// Its line.
+        line: u32,
+    },
     /// Each data byte would put the pairs of idle nodes out of phase for good (H7).
     #[error(
         "bus.buffer_ticks = {buffer_ticks} is odd: nodes that are not filled would lose the phase of their pairs"

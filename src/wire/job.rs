@@ -7,12 +7,14 @@
 //! sent; whether bytes could be taken for commands is proved by [`crate::wire::lint`].
 
 use crate::base::machine::{
-    self, AxisProfile, BufferTime, Bus, COUNT_MAX_SAFE, PADS_MIN, Protocol, TICK_MARGIN_US, Unit,
+    self, AxisProfile, BufferTime, Bus, COUNT_MAX_SAFE, FRAME_COUNT_MAX, FRAME_PLACES, PADS_MIN,
+    Protocol, TICK_MARGIN_US, Unit,
 };
 use crate::base::{Axis, AxisMap, AxisSet, Command, Event, EventKind, Machine, Tick};
 use crate::wire::codec;
 use crate::wire::direct::Direct;
 use crate::wire::error::JobError;
+use crate::wire::frames::{self, Frame, Mode};
 use crate::wire::nodes::ExecutedTick;
 use crate::wire::order;
 
@@ -50,9 +52,11 @@ pub enum Step {
     Direct(Direct),
 }
 
-/// One buffer of the nodes.
+/// One buffer of the nodes; where they have none, one stretch of motion between two events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Buffer {
+    /// What is spoken: how counts stand in bytes.
+    pub protocol: Protocol,
     /// Number of the buffer in the plan, from 0.
     pub number: u32,
     /// Nodes that are filled, in the order of filling.
@@ -70,14 +74,38 @@ pub struct Fill {
     pub unit: Unit,
     /// It answers every tick.
     pub master: bool,
-    /// Its buffer, pads included.
+    /// Its buffer, pads included; in frames two bytes a tick, and no pads.
     pub bytes: Vec<u8>,
 }
 
 impl Buffer {
     /// Signed steps of a node that is filled, in one tick.
     pub fn count(&self, fill: &Fill, tick: usize) -> i32 {
+        if self.protocol == Protocol::Frame {
+            let bytes = fill.bytes.get(2 * tick..2 * tick + 2);
+            return bytes.map_or(0, |bytes| frames::decode([bytes[0], bytes[1]]));
+        }
         fill.bytes.get(tick).map_or(0, |byte| codec::decode(*byte))
+    }
+
+    /// Ticks that each node that is filled executes, pads included.
+    pub fn entries(&self) -> usize {
+        match self.protocol {
+            Protocol::Frame => self.lines.len(),
+            _ => self.fills.first().map_or(0, |fill| fill.bytes.len()),
+        }
+    }
+
+    /// The frame of a tick; nodes that are not filled get 0.
+    pub(super) fn frame(&self, mode: Mode, number: u64, tick: usize) -> Frame {
+        let mut places = [[0; 2]; FRAME_PLACES as usize];
+        for fill in self.fills.iter().filter(|_| mode == Mode::Move) {
+            let place = places.get_mut(usize::from(fill.unit.id).wrapping_sub(1));
+            if let (Some(place), Some(bytes)) = (place, fill.bytes.get(2 * tick..2 * tick + 2)) {
+                place.copy_from_slice(bytes);
+            }
+        }
+        frames::frame(mode, number, &places)
     }
 
     /// The counts of all axes in one tick.
@@ -165,8 +193,7 @@ impl Job {
         let mut before = 0;
         for buffer in self.buffers() {
             let group = groups.next().unwrap_or_default();
-            let entries = buffer.fills.first().map_or(0, |fill| fill.bytes.len());
-            for tick in 0..entries.max(group.len()) {
+            for tick in 0..buffer.entries().max(group.len()) {
                 if group.get(tick).is_none_or(|done| done.counts != buffer.counts(tick)) {
                     let line = buffer.lines.get(tick).or(buffer.lines.last());
                     return Some((before + tick as u64, line.copied().unwrap_or(0)));
@@ -216,8 +243,11 @@ fn ticks(step: &Step) -> u64 {
 }
 
 fn check_bus(bus: &Bus) -> Result<(), JobError> {
-    if bus.protocol == Protocol::None {
-        return Err(JobError::NoProtocol);
+    match bus.protocol {
+        Protocol::None => return Err(JobError::NoProtocol),
+        // Whether frames are in time is a matter of the port's baud rate: the lint looks.
+        Protocol::Frame => return Ok(()),
+        Protocol::Buffered => {}
     }
     if !bus.buffer_ticks.is_multiple_of(2) {
         return Err(JobError::OddBuffer { buffer_ticks: bus.buffer_ticks });
@@ -292,6 +322,10 @@ impl<'a> Cutter<'a> {
         if self.dwells_s > DWELLS_S_MAX {
             return Err(JobError::Dwell { event, seconds_max: DWELLS_S_MAX });
         }
+        // Nodes without a buffer have no place for an event in it.
+        if self.machine.bus.protocol == Protocol::Frame {
+            self.flush()?;
+        }
         self.events.push((self.ticks.len(), event));
         Ok(())
     }
@@ -299,7 +333,9 @@ impl<'a> Cutter<'a> {
     fn step(&mut self, axis: Axis, count: i32, line: u32) -> Result<(), JobError> {
         let tick = self.total;
         let profile = self.machine.axis(axis).ok_or(JobError::NoNode { axis, tick, line })?;
-        let count_max = self.machine.count_max(profile).min(COUNT_MAX_SAFE);
+        let is_frame = self.machine.bus.protocol == Protocol::Frame;
+        let count_most = if is_frame { FRAME_COUNT_MAX } else { COUNT_MAX_SAFE };
+        let count_max = self.machine.count_max(profile).min(count_most);
         if count.unsigned_abs() > count_max {
             return Err(JobError::Count { axis, count, count_max, tick, line });
         }
@@ -350,6 +386,9 @@ impl<'a> Cutter<'a> {
         base: u64,
     ) -> Result<Buffer, JobError> {
         let bus = &self.machine.bus;
+        if bus.protocol == Protocol::Frame {
+            return self.stretch(ticks, base);
+        }
         let number = self.number.unwrap_or(0);
         let motion_ticks_max = bus.buffer_ticks - PADS_MIN;
         if ticks.len() > motion_ticks_max as usize {
@@ -372,7 +411,18 @@ impl<'a> Cutter<'a> {
         }
         let fills = self.fills(ticks, base)?;
         let lines = ticks.iter().map(|tick| tick.line).collect();
-        Ok(Buffer { number, fills, lines, events })
+        Ok(Buffer { protocol: bus.protocol, number, fills, lines, events })
+    }
+
+    /// Motion from rest to rest, in frames.
+    fn stretch(&mut self, ticks: &[Tick], base: u64) -> Result<Buffer, JobError> {
+        self.check_rest(ticks, 0, base)?;
+        self.check_rest(ticks, ticks.len(), base)?;
+        let number = self.buffers as u32;
+        self.buffers += 1;
+        let fills = frames::fills(ticks, self.machine, base)?;
+        let lines = ticks.iter().map(|tick| tick.line).collect();
+        Ok(Buffer { protocol: Protocol::Frame, number, fills, lines, events: Vec::new() })
     }
 
     /// Stopping or starting here must be no greater step of speed than a corner may be: in steps a

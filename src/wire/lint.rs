@@ -7,10 +7,11 @@
 //! are not part of it.
 
 use crate::base::Machine;
-use crate::base::machine::{HOST_ID, Unit};
+use crate::base::machine::{HOST_ID, Protocol, Unit};
 use crate::wire::direct::Direct;
 use crate::wire::error::JobError;
 use crate::wire::frame;
+use crate::wire::frames;
 use crate::wire::job::{Buffer, Fill, Job, Step};
 
 /// What a proof has looked at.
@@ -20,7 +21,8 @@ pub struct Proof {
     pub buffers: u64,
     /// Bytes that the host sends if nothing fails.
     pub bytes: u64,
-    /// Pairs of bytes, each held against every node that reads pairs when it passes.
+    /// Pairs of bytes, each held against every node that reads pairs when it passes; in frames against
+    /// what the node of that place is to make.
     pub pairs: u64,
     /// Pairs of data that begin with the ID of a node, and are harmless since that one is full by
     /// then.
@@ -34,6 +36,9 @@ pub struct Proof {
 /// # Errors
 /// Names the tick and the axis whose data a node would take for a command.
 pub fn lint(job: &Job, machine: &Machine) -> Result<Proof, JobError> {
+    if machine.bus.protocol == Protocol::Frame {
+        return frames::lint(job, machine);
+    }
     let listener = |unit| Listener { unit, is_full: false };
     let nodes: Vec<Listener> = machine.bus.units().map(listener).collect();
     let proof = Proof { nodes: nodes.len(), ..Proof::default() };

@@ -1,13 +1,15 @@
 //! 7 Command ⇄ bytes on the bus: the protocol of the nodes, without a clock and without IO.
 //!
 //! [`Job`] cuts commands in node buffers, [`lint()`] proves that no node can take data for a
-//! command, [`Master`] sends a job, [`Node`] is the other end: the firmware's behaviour, [`Faults`]
-//! what may go wrong between. Time is an argument, in microseconds. What drives them stands in `wire_io`.
+//! command, [`Master`] sends a job, [`Firmware`] is the other end: [`Node`] with a buffer, or one that
+//! takes a frame a tick ([`frames`]); [`Faults`] what may go wrong between. Time is an argument, in microseconds. What drives them stands in `wire_io`.
 
 pub mod codec;
 mod direct;
 mod error;
+mod firmware;
 mod frame;
+pub mod frames;
 mod in_force;
 mod inject;
 mod job;
@@ -26,6 +28,7 @@ mod splice;
 
 pub use direct::{Audit, Direct, DirectError, Home, HomeRun, RawJog, homing, raw_jog};
 pub use error::JobError;
+pub use firmware::Firmware;
 pub use in_force::InForce;
 pub use inject::{FaultKind, FaultSpec, FaultSpecError, Faults, Phase, Random, Struck, Who};
 pub use job::{Buffer, Fill, Job, Step};

@@ -41,7 +41,7 @@ pub enum Happening {
     },
     /// Its buffer is full.
     Filled,
-    /// It executes its buffer.
+    /// It executes its buffer, or the frames that follow.
     Starts,
     /// It has executed its buffer, which is empty again.
     Finished,
@@ -62,6 +62,18 @@ pub enum Happening {
         /// How long the byte waited.
         waited_us: u64,
     },
+    /// A frame was lost, broken or changed: it stands still until it is switched off.
+    FrameMissed {
+        /// The tick that it did not make, from the last beginning.
+        tick: usize,
+    },
+    /// The next frame came late, while the axis ran too fast to stop without a ramp.
+    RanDry {
+        /// Steps of the tick before.
+        count: i32,
+        /// From that frame to this one.
+        gap_us: u64,
+    },
     /// More bytes came than its receiver keeps: it hears nothing until it is switched off.
     Overrun,
 }
@@ -79,13 +91,13 @@ pub enum Activity {
     Executing,
 }
 
-/// One execution of a buffer.
+/// One execution of a buffer, or of the frames from a beginning on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
     /// When it started.
     pub start_us: u64,
-    /// The command bytes executed, one a sync byte.
-    pub bytes: Vec<u8>,
+    /// The signed steps executed, one a tick.
+    pub counts: Vec<i32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -301,7 +313,7 @@ impl Node {
             self.state = State::JogId;
         } else if first == START && self.full {
             self.happenings.push_back((now_us, Happening::Starts));
-            self.runs.push(Run { start_us: now_us, bytes: Vec::with_capacity(self.entries) });
+            self.runs.push(Run { start_us: now_us, counts: Vec::with_capacity(self.entries) });
             self.state = State::Execute { entry: 0 };
         }
     }
@@ -324,7 +336,7 @@ impl Node {
         let byte = self.buffer.get(entry).copied().unwrap_or(0);
         self.step(byte, 1);
         if let Some(run) = self.runs.last_mut() {
-            run.bytes.push(byte);
+            run.counts.push(codec::decode(byte));
         }
         let done_us = now_us + self.go_us(byte);
         if self.master {
@@ -364,10 +376,15 @@ impl Node {
     }
 }
 
-/// How long a command byte takes: the SPI exchange, then each pulse high and low for
-/// ⌊half a tick / steps⌋.
+/// How long a command byte takes.
 pub(super) fn go_us(half_tick_us: u64, byte: u8) -> u64 {
-    let steps = u64::from(byte & !NEGATIVE);
+    pulses_us(half_tick_us, u32::from(byte & !NEGATIVE))
+}
+
+/// How long so many steps take: the SPI exchange, then each pulse high and low for
+/// ⌊half a tick / steps⌋.
+pub(super) fn pulses_us(half_tick_us: u64, steps: u32) -> u64 {
+    let steps = u64::from(steps);
     let half_pulse_us = half_tick_us.checked_div(steps).unwrap_or(0);
     SPI_US + 2 * steps * half_pulse_us
 }

@@ -7,9 +7,9 @@ use std::collections::VecDeque;
 
 use crate::base::machine::Unit;
 use crate::base::{Axis, AxisMap, Machine};
-use crate::wire::codec;
+use crate::wire::firmware::Firmware;
 use crate::wire::inject::{FaultKind, FaultSpec, Faults, Struck};
-use crate::wire::node::{Activity, Happening, Node, Run};
+use crate::wire::node::{Activity, Happening, Run};
 
 /// Runs that start within this time of each other were started by the same pair: a node can be
 /// in its pause after an answer.
@@ -40,7 +40,7 @@ pub struct ExecutedTick {
 /// The nodes of a bus.
 #[derive(Clone, Debug)]
 pub struct Nodes {
-    nodes: Vec<(Unit, Node)>,
+    nodes: Vec<(Unit, Firmware)>,
     byte_ns: u64,
     sync_wait_us_max: u64,
     wire_free_ns: u64,
@@ -86,11 +86,8 @@ impl Nodes {
     ) -> Self {
         let bus = &machine.bus;
         let node = |unit: Unit| {
-            let profile = unit.axis.and_then(|axis| machine.axis(axis));
             let start_steps = unit.axis.map_or(0, |axis| start_steps[axis]);
-            let switch_steps = profile.map_or(0, |profile| profile.switch_steps().unwrap_or(0));
-            let node = Node::new(unit.id, bus.buffer_ticks, bus.node_tick_us, start_steps);
-            (unit, node.with_switch(switch_steps))
+            (unit, Firmware::new(unit, machine, start_steps))
         };
         Nodes {
             nodes: units.into_iter().map(node).collect(),
@@ -102,7 +99,7 @@ impl Nodes {
             before: Vec::new(),
             answers: VecDeque::new(),
             log: VecDeque::new(),
-            faults: Faults::new(Vec::new(), bus.buffer_ticks, bus.metronome_id),
+            faults: Faults::of_bus(Vec::new(), bus),
             is_closed: false,
         }
     }
@@ -188,7 +185,7 @@ impl Nodes {
     }
 
     /// The nodes.
-    pub fn iter(&self) -> impl Iterator<Item = (Unit, &Node)> {
+    pub fn iter(&self) -> impl Iterator<Item = (Unit, &Firmware)> {
         self.nodes.iter().map(|(unit, node)| (*unit, node))
     }
 
@@ -206,11 +203,11 @@ impl Nodes {
         let mut ticks = Vec::new();
         let groups = runs.chunk_by(|(_, a), (_, b)| Nodes::same_start(a.start_us, b.start_us));
         for (buffer, group) in (0..).zip(groups) {
-            let executed = group.iter().map(|(_, run)| run.bytes.len()).max().unwrap_or(0);
+            let executed = group.iter().map(|(_, run)| run.counts.len()).max().unwrap_or(0);
             for tick in 0..executed {
                 let mut counts = AxisMap::default();
                 for (axis, run) in group {
-                    counts[*axis] = run.bytes.get(tick).map_or(0, |byte| codec::decode(*byte));
+                    counts[*axis] = run.counts.get(tick).copied().unwrap_or(0);
                 }
                 ticks.push(ExecutedTick { buffer, counts });
             }
@@ -319,6 +316,10 @@ impl Nodes {
             }
             Happening::SyncWaited { waited_us, .. } if waited_us > self.sync_wait_us_max => {
                 Some("was still stepping when the next tick came: the axes drift apart")
+            }
+            Happening::FrameMissed { .. } => Some("stands still until it is switched off"),
+            Happening::RanDry { .. } => {
+                Some("stopped without a ramp: its motor may have lost steps")
             }
             Happening::Overrun => Some("is deaf until it is switched off"),
             _ => None,

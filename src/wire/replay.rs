@@ -8,8 +8,9 @@ use std::collections::VecDeque;
 
 use crate::base::AxisMap;
 use crate::base::machine::Unit;
+use crate::wire::firmware::Firmware;
 use crate::wire::job::{Buffer, Job};
-use crate::wire::node::{Activity, Node};
+use crate::wire::node::Activity;
 use crate::wire::nodes::{Entry, Nodes};
 
 /// An answer and when it reached the host.
@@ -198,19 +199,19 @@ pub struct Planned {
 
 /// How far each node has got, in the job if it is known.
 pub fn reached(nodes: &Nodes, job: Option<&Job>) -> Vec<Reached> {
-    let reached = |(unit, node): (Unit, &Node)| Reached {
+    let reached = |(unit, node): (Unit, &Firmware)| Reached {
         unit,
         steps: node.position_steps(),
         activity: node.activity(),
         full: node.is_full(),
         buffers: node.runs().len(),
-        ticks: node.runs().last().map_or(0, |run| run.bytes.len()),
+        ticks: node.runs().last().map_or(0, |run| run.counts.len()),
         planned: job.and_then(|job| planned(unit, node, job)),
     };
     nodes.iter().map(reached).collect()
 }
 
-fn planned(unit: Unit, node: &Node, job: &Job) -> Option<Planned> {
+fn planned(unit: Unit, node: &Firmware, job: &Job) -> Option<Planned> {
     let fill = |buffer: &'_ Buffer| buffer.fills.iter().position(|fill| fill.unit == unit);
     let mut fills = job.buffers().filter_map(|buffer| Some((buffer, fill(buffer)?)));
     let mut last = None;
@@ -220,8 +221,10 @@ fn planned(unit: Unit, node: &Node, job: &Job) -> Option<Planned> {
             as_planned = false;
             break;
         };
-        as_planned &= buffer.fills[fill].bytes.starts_with(&run.bytes);
-        last = Some((buffer, run.bytes.len()));
+        let mut executed = (0..).zip(&run.counts);
+        as_planned &= run.counts.len() <= buffer.entries()
+            && executed.all(|(tick, count)| buffer.count(&buffer.fills[fill], tick) == *count);
+        last = Some((buffer, run.counts.len()));
     }
     let (buffer, ticks) = last?;
     let line = buffer.lines.get(ticks.saturating_sub(1)).or(buffer.lines.last());
@@ -243,7 +246,7 @@ pub fn in_step(nodes: &Nodes) -> bool {
             continue;
         };
         if Nodes::same_start(run.start_us, last_us) {
-            ticks[axis] = Some(run.bytes.len());
+            ticks[axis] = Some(run.counts.len());
         }
     }
     let mut found = ticks.0.iter().flatten();

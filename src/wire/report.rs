@@ -139,10 +139,13 @@ pub enum End {
 /// What is known of an axis's position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Position {
-    /// Every tick was acknowledged by the master node, and the axis's own node has answered since.
+    /// Every tick was acknowledged by the master node, and the axis's own node has answered since, or
+    /// nothing has moved it.
     Known,
     /// Known while its node stays on; the node must be switched off before it can be used again.
     KnownUntilPowerOff,
+    /// Every frame was sent, and no node can tell what it has heard: right unless one has missed any.
+    KnownAsSent,
     /// Every tick was acknowledged by the master node, but the axis's own node could not be asked
     /// since: if it has missed a byte, nobody has noticed.
     Unconfirmed,
@@ -152,11 +155,12 @@ pub enum Position {
 }
 
 impl Position {
-    /// As in reports: `known`, `known-until-power-off`, `unconfirmed`, `unknown`.
+    /// As in reports: `known`, `known-until-power-off`, `known-as-sent`, `unconfirmed`, `unknown`.
     pub fn name(self) -> &'static str {
         match self {
             Position::Known => "known",
             Position::KnownUntilPowerOff => "known-until-power-off",
+            Position::KnownAsSent => "known-as-sent",
             Position::Unconfirmed => "unconfirmed",
             Position::Unknown => "unknown",
         }

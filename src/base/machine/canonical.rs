@@ -76,15 +76,21 @@ fn bus(out: &mut String, bus: &Bus) {
         "protocol",
         match bus.protocol {
             Protocol::Buffered => "\"buffered\"",
+            Protocol::Frame => "\"frame\"",
             Protocol::None => "\"none\"",
         },
     );
     line(out, "baud", bus.baud);
     line(out, "tick_us", bus.tick_us);
     line(out, "node_tick_us", bus.node_tick_us);
-    line(out, "buffer_ticks", bus.buffer_ticks);
+    let is_frame = bus.protocol == Protocol::Frame;
+    if !is_frame {
+        line(out, "buffer_ticks", bus.buffer_ticks);
+    }
     line(out, "count_max", bus.count_max);
-    line(out, "host_id", bus.host_id);
+    if !is_frame {
+        line(out, "host_id", bus.host_id);
+    }
     let nodes: Vec<_> = bus.nodes.iter().map(|(axis, id)| format!("{axis} = {id}")).collect();
     if !nodes.is_empty() {
         line(out, "nodes", format!("{{ {} }}", nodes.join(", ")));
@@ -97,6 +103,8 @@ fn bus(out: &mut String, bus: &Bus) {
         line(out, "spare_ids", format!("[{}]", ids.join(", ")));
     }
     match bus.master {
+        // Nobody answers frames.
+        _ if is_frame => {}
         Master::Auto => line(out, "master", "\"auto\""),
         Master::Rotate => line(out, "master", "\"rotate\""),
         Master::Metronome => line(out, "master", "\"metronome\""),

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use super::hooks::Hooks;
 use super::keys::Keys;
 use super::{
-    AxisProfile, BUFFER_TICKS, Bus, HOST_ID, Machine, Master, POSITION_MOST, ProfileError,
-    Protocol, Rapid, Spindle, canonical,
+    AxisProfile, BUFFER_TICKS, Bus, FRAME_COUNT_MAX, FRAME_PLACES, HOST_ID, Machine, Master,
+    POSITION_MOST, ProfileError, Protocol, Rapid, Spindle, canonical,
 };
 use crate::base::{Axis, AxisSet, Point};
 
@@ -145,10 +145,12 @@ fn bus(keys: &mut Keys<'_>) -> Bus {
     if !keys.table("bus") {
         return Bus::unconnected();
     }
-    let protocols = [("buffered", Protocol::Buffered), ("none", Protocol::None)];
+    let protocols =
+        [("buffered", Protocol::Buffered), ("frame", Protocol::Frame), ("none", Protocol::None)];
     let protocol = keys.choice("bus.protocol", &protocols, None);
     let count_most = match protocol {
         Protocol::Buffered => 127,
+        Protocol::Frame => FRAME_COUNT_MAX,
         Protocol::None => COUNT_MOST,
     };
     Bus {
@@ -227,8 +229,10 @@ fn fit(keys: &mut Keys<'_>, machine: &Machine) {
             );
         }
     }
-    if machine.bus.protocol == Protocol::Buffered {
-        fit_buffered_bus(keys, machine);
+    match machine.bus.protocol {
+        Protocol::Buffered => fit_buffered_bus(keys, machine),
+        Protocol::Frame => fit_frames(keys, machine),
+        Protocol::None => {}
     }
 }
 
@@ -251,6 +255,36 @@ fn fit_axis(keys: &mut Keys<'_>, machine: &Machine, profile: &AxisProfile) {
             machine.bus.node_tick_us
         );
         keys.wrong(&format!("axes.{axis}.speed_max_{unit}_s"), message, None);
+    }
+}
+
+/// Places in the frame, and what nobody asks for where nodes cannot answer.
+fn fit_frames(keys: &mut Keys<'_>, machine: &Machine) {
+    let bus = &machine.bus;
+    let unused = [
+        ("bus.metronome_id", bus.metronome_id.is_some()),
+        ("bus.spare_ids", !bus.spare_ids.is_empty()),
+        ("bus.master", bus.master != Master::Auto),
+    ];
+    for (path, _) in unused.into_iter().filter(|(_, is_there)| *is_there) {
+        let message = "with protocol = \"frame\" no node answers: this means nothing".to_owned();
+        keys.wrong(path, message, None);
+    }
+    let mut owners: BTreeMap<u8, Axis> = BTreeMap::new();
+    for (axis, place) in &bus.nodes {
+        let path = format!("bus.nodes.{axis}");
+        if !(1..=FRAME_PLACES).contains(place) {
+            let message = format!("a frame has the places 1 to {FRAME_PLACES}");
+            keys.wrong(&path, message, None);
+        } else if let Some(other) = owners.insert(*place, *axis) {
+            keys.wrong(&path, format!("bus.nodes.{other} has place {place} already"), None);
+        }
+    }
+    for profile in machine.axes.iter().filter(|profile| !bus.nodes.contains_key(&profile.axis)) {
+        let message = format!("axis {} has no place in the frame", profile.axis);
+        let help = Some("as in nodes = { X = 1, Y = 2, Z = 3 }; a frame has six".to_owned());
+        let path = if bus.nodes.is_empty() { "bus" } else { "bus.nodes" };
+        keys.wrong(path, message, help);
     }
 }
 

@@ -80,7 +80,7 @@ impl Bus {
     }
 
     /// Time of bytes on the wire.
-    fn wire_s(&self, bytes: u32) -> f64 {
+    pub(super) fn wire_s(&self, bytes: u32) -> f64 {
         f64::from(bytes * BITS_A_BYTE) / f64::from(self.baud)
     }
 }

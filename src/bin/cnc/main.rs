@@ -27,6 +27,7 @@ mod output;
 mod port;
 mod program;
 mod progress;
+mod protocol;
 mod report;
 
 use std::process::ExitCode;

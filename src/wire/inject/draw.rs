@@ -1,7 +1,7 @@
 //! A seed → faults, each kind in each phase about as often as any other.
 
 use super::spec::{FaultKind, FaultSpec, Phase, Who};
-use crate::base::machine::Unit;
+use crate::base::machine::{FRAME_BYTES, Unit};
 
 /// Random numbers from a seed: splitmix64 (Steele, Lea, Flood 2014).
 #[derive(Clone, Debug)]
@@ -56,6 +56,19 @@ pub(super) fn fault(random: &mut Random, units: &[Unit], entries: u32) -> FaultS
     let count = if random.below(2) == 0 { count.div_ceil(4) } else { count };
     FaultSpec { kind, who, phase: Some(phase), number: random.below(count.max(1)) }
 }
+
+/// Draws a fault for nodes that take frames: of what nobody answers, in one of the first frames.
+pub(super) fn fault_of_frames(random: &mut Random, units: &[Unit]) -> FaultSpec {
+    loop {
+        let drawn = fault(random, units, FRAMES_DRAWN * FRAME_BYTES);
+        if !drawn.kind.is_of_answer() && matches!(drawn.phase, Some(Phase::Start | Phase::Tick)) {
+            return drawn;
+        }
+    }
+}
+
+/// Frames, of a job of any length, that faults are drawn for.
+const FRAMES_DRAWN: u32 = 200;
 
 fn kind(random: &mut Random, units: &[Unit]) -> FaultKind {
     let mask = 1 + random.below(255) as u8;

@@ -9,7 +9,7 @@ mod spec;
 
 use std::collections::VecDeque;
 
-use crate::base::machine::Unit;
+use crate::base::machine::{Bus, Protocol, Unit};
 
 pub use self::draw::Random;
 use self::phase::Listener;
@@ -67,6 +67,21 @@ impl Faults {
             bytes: Counts::default(),
             answers: Counts::default(),
         }
+    }
+
+    /// These faults, on a bus of this kind.
+    pub fn of_bus(faults: Vec<FaultSpec>, bus: &Bus) -> Self {
+        let listener = match bus.protocol {
+            Protocol::Frame => Listener::of_frames(),
+            _ => Listener::new(bus.buffer_ticks, bus.metronome_id),
+        };
+        Faults { listener, ..Faults::new(faults, bus.buffer_ticks, bus.metronome_id) }
+    }
+
+    /// So many faults of a seed, for nodes that take frames.
+    pub fn draw_frames(seed: u64, count: usize, units: &[Unit]) -> Vec<FaultSpec> {
+        let mut random = Random(seed);
+        (0..count).map(|_| draw::fault_of_frames(&mut random, units)).collect()
     }
 
     /// So many faults of a seed: the same for the same seed and bus.

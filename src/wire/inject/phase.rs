@@ -5,6 +5,7 @@
 
 use super::spec::Phase;
 use crate::wire::frame;
+use crate::wire::frames;
 use crate::wire::node::{JOG, START};
 
 /// Bytes of a ping behind its question.
@@ -26,14 +27,24 @@ enum State {
     First,
     Second(u8),
     PingRest(usize),
-    Data { at: usize, moves: bool },
+    Data {
+        at: usize,
+        moves: bool,
+    },
     Sync(usize),
+    /// A frame, whose info byte tells.
+    Frame,
 }
 
 impl Listener {
     pub fn new(entries: u32, metronome: Option<u8>) -> Self {
         let (state, phase) = (State::First, Phase::Ping);
         Listener { entries: entries as usize, metronome, state, motion: 0, phase }
+    }
+
+    /// Reads frames along.
+    pub fn of_frames() -> Self {
+        Listener { state: State::Frame, ..Listener::new(0, None) }
     }
 
     /// The phase of the byte heard last.
@@ -51,6 +62,9 @@ impl Listener {
                     _ => Phase::Ping,
                 }
             }
+            State::Frame if byte & frames::INFO == 0 => self.phase,
+            State::Frame if byte >> 4 & 7 == frames::Mode::Begin as u8 => Phase::Start,
+            State::Frame => Phase::Tick,
             State::Second(first) => {
                 self.state = match first {
                     JOG => State::PingRest(PING_REST),

@@ -1,7 +1,7 @@
 //! A job → bytes for the bus, answers checked, sync bytes paced: the host, without IO or clock.
 //!
 //! For each buffer: ping and fill every node that takes part, ping all of them, start, one sync byte a
-//! tick, ping all of them.
+//! tick, ping all of them. Where nodes take frames: one frame a tick, and nothing is asked or answered.
 //! Rules: no question without its answer; sync byte k+1 leaves at max(t_k + period, answer_k), so a
 //! late host slides the schedule and never catches up; pads run as fast as answers come. What it
 //! cannot see: a servant that missed a byte (H14).
@@ -17,6 +17,7 @@
 
 mod direct;
 mod event;
+mod frames;
 mod run;
 mod script;
 mod stop;
@@ -24,7 +25,7 @@ mod timing;
 
 use std::collections::VecDeque;
 
-use crate::base::machine::{LISTEN_US, Unit};
+use crate::base::machine::{LISTEN_US, Protocol, Unit};
 use crate::base::{Axis, AxisMap, AxisSet, Event, Machine};
 use crate::wire::direct::HomeRun;
 use crate::wire::frame;
@@ -194,6 +195,8 @@ pub struct Master {
     buffers_done: u64,
     pacing: Pacing,
     events: VecDeque<MasterEvent>,
+    /// Where nodes take frames and cannot answer: the axes that have been moved.
+    frames: Option<AxisSet>,
 }
 
 impl Master {
@@ -233,6 +236,7 @@ impl Master {
             buffers_done: 0,
             pacing: Pacing::new(timing.tick_us),
             events: VecDeque::new(),
+            frames: (machine.bus.protocol == Protocol::Frame).then_some(AxisSet::EMPTY),
             job,
         }
     }
@@ -353,6 +357,8 @@ impl Master {
 
     fn handle_byte(&mut self, now_us: u64, byte: u8) {
         match &self.state {
+            State::Ended => {}
+            _ if self.frames.is_some() => self.fail(Fault::Unexpected { got: byte }),
             State::Waiting { ask, .. } => {
                 let ask = ask.clone();
                 if self.is_early(now_us) {
@@ -376,7 +382,6 @@ impl Master {
                 }
                 return self.handle_byte(now_us, byte);
             }
-            State::Ended => {}
             state => {
                 self.power_cycle |= matches!(state, State::Sending { .. } | State::Resting { .. });
                 self.fail(Fault::Unexpected { got: byte });
@@ -422,6 +427,9 @@ impl Master {
             Some(Step::Event(event)) => {
                 let event = event.clone();
                 self.event(now_us, event);
+            }
+            Some(Step::Buffer(buffer)) if self.frames.is_some() => {
+                self.script.extend(frames::stretch(buffer, at));
             }
             Some(Step::Buffer(buffer)) => {
                 if self.buffers_done == 0 {

@@ -14,6 +14,7 @@ use crate::base::Axis;
 use crate::wire::codec;
 use crate::wire::frame;
 use crate::wire::job::{Buffer, Step};
+use crate::wire::pacing::Pacing;
 use crate::wire::report::{Doubt, During, End, Fault};
 
 use super::{Hold, Master, MasterEvent, State};
@@ -22,17 +23,18 @@ use super::{Hold, Master, MasterEvent, State};
 #[derive(Debug)]
 pub(super) struct Run {
     /// The buffer's place in the job.
-    step: usize,
-    /// Sync bytes sent.
-    sent: usize,
+    pub(super) step: usize,
+    /// Sync bytes, or frames, sent.
+    pub(super) sent: usize,
     /// Events of the buffer that have happened.
     events: usize,
-    sent_us: u64,
+    pub(super) sent_us: u64,
     /// Earliest time of the next sync byte.
-    due_us: u64,
+    pub(super) due_us: u64,
     /// What the next sync byte's lateness is measured from; none where only answers set the pace.
-    scheduled_us: Option<u64>,
-    deadline_us: Option<u64>,
+    pub(super) scheduled_us: Option<u64>,
+    /// None but while an answer is waited for, or a frame is being written.
+    pub(super) deadline_us: Option<u64>,
     /// When the last answer came; before it, when the nodes were started.
     answered_us: u64,
     /// The next sync byte waits for the end of a dwell.
@@ -94,6 +96,14 @@ impl Run {
         self.hold_us = None;
     }
 
+    /// How late what has just been sent is.
+    pub(super) fn measure(&mut self, pacing: &mut Pacing, tick_us: u64) {
+        if let Some(scheduled_us) = self.scheduled_us.take() {
+            let before_us = scheduled_us - tick_us;
+            pacing.tick(self.sent_us - before_us, self.due_us.saturating_sub(before_us));
+        }
+    }
+
     /// Whether the sync bytes so far leave idle nodes with half a pair.
     pub(super) fn is_odd(&self) -> bool {
         !self.sent.is_multiple_of(2)
@@ -104,7 +114,8 @@ impl Master {
     pub(super) fn start_run(&mut self, now_us: u64, step: usize) {
         if let Some(Step::Buffer(buffer)) = self.job.steps.get(step) {
             self.progress.buffer = buffer.number;
-            let servants = buffer.fills.iter().filter(|fill| !fill.master);
+            let answers = self.frames.is_none();
+            let servants = buffer.fills.iter().filter(|fill| answers && !fill.master);
             servants
                 .filter_map(|fill| fill.unit.axis)
                 .for_each(|axis| self.unconfirmed.insert(axis));
@@ -136,7 +147,10 @@ impl Master {
         if run.waits() || run.is_paused() {
             return None;
         }
-        let silent_us = run.answered_us + self.sync_wait_us();
+        let silent_us = match self.frames {
+            Some(_) => run.due_us,
+            None => run.answered_us + self.sync_wait_us(),
+        };
         match run.hold_us {
             Some(hold_us) if now_us < hold_us => return None,
             Some(_) => {
@@ -159,6 +173,10 @@ impl Master {
         if now_us < run.due_us {
             return None;
         }
+        if sent == buffer.entries() {
+            self.end_stretch();
+            return None;
+        }
         if let Some((_, event)) = buffer.events.get(run.events).filter(|(tick, _)| *tick <= sent) {
             let event = event.clone();
             self.event_within(now_us, event);
@@ -167,7 +185,10 @@ impl Master {
         if now_us < self.wire_free_us() {
             return None;
         }
-        self.send_sync(now_us)
+        match self.frames {
+            Some(_) => self.send_frame(now_us),
+            None => self.send_sync(now_us),
+        }
     }
 
     fn send_sync(&mut self, now_us: u64) -> Option<Vec<u8>> {
@@ -184,6 +205,9 @@ impl Master {
     /// The sync byte is out. The clock was read before it was written, and whatever held the host
     /// up in between would bring the next byte too close to this one (H6).
     pub(super) fn sync_sent(&mut self, now_us: u64) {
+        if self.frames.is_some() {
+            return self.frame_sent(now_us);
+        }
         let deadline_us = now_us + self.sync_wait_us();
         let State::Running(run) = &mut self.state else { return };
         if !run.waits() {
@@ -191,10 +215,7 @@ impl Master {
         }
         run.sent_us = run.sent_us.max(now_us);
         run.deadline_us = run.deadline_us.max(Some(deadline_us));
-        if let Some(scheduled_us) = run.scheduled_us.take() {
-            let before_us = scheduled_us - self.timing.tick_us;
-            self.pacing.tick(run.sent_us - before_us, run.due_us.saturating_sub(before_us));
-        }
+        run.measure(&mut self.pacing, self.timing.tick_us);
     }
 
     /// From when a sync byte has left the wire until its answer is overdue.
@@ -213,7 +234,8 @@ impl Master {
         let slow_here = || run.sent.checked_sub(1).is_none_or(slow) && slow(run.sent);
         let within = self.hold != Hold::No && run.sent < buffer.lines.len();
         let dwells = run.dwells && self.hold != Hold::End;
-        within && (dwells || (!run.is_odd() && (self.hold >= Hold::Now || slow_here())))
+        let in_phase = self.frames.is_some() || !run.is_odd();
+        within && (dwells || (in_phase && (self.hold >= Hold::Now || slow_here())))
     }
 
     /// A byte has come while the nodes execute.
@@ -299,7 +321,7 @@ impl Master {
         During::Tick { buffer: buffer.number, tick, line }
     }
 
-    fn run_and_buffer(&self) -> (&State, Option<&Step>) {
+    pub(super) fn run_and_buffer(&self) -> (&State, Option<&Step>) {
         let step = match &self.state {
             State::Running(run) => self.job.steps.get(run.step),
             _ => None,

@@ -259,6 +259,7 @@ impl Master {
     /// take the first bytes of the next job for them; a raw jog goes on until a byte comes.
     pub(super) fn left_open(&self) -> Option<Action> {
         let end: &[u8] = match &self.state {
+            _ if self.frames.is_some() => return None,
             State::Waiting { ask, .. } if ask.question == Question::Ping => &END_PING,
             State::Sending { action: Action::Say(_), .. } => &END_PING,
             // More than a receiver keeps would come before the node has made its tick.

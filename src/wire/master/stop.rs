@@ -49,6 +49,7 @@ impl Master {
             self.state = *then;
         }
         if let State::Running(run) = &mut self.state
+            && self.frames.is_none()
             && run.is_odd()
         {
             self.hold = Hold::End;
@@ -64,7 +65,9 @@ impl Master {
         let is_open = |state: &State| {
             matches!(state, State::Sending { .. } | State::Waiting { .. } | State::Jogging(_))
         };
-        self.power_cycle |= is_open(&self.state);
+        // A node with half a frame stops when the next one comes.
+        let half_frame = self.frames.is_some() && matches!(self.state, State::Running(_));
+        self.power_cycle |= half_frame || is_open(&self.state);
         self.doubt_sent_tick();
         self.end(End::Failed(Fault::Port(why)));
     }
@@ -76,6 +79,9 @@ impl Master {
             _ if self.doubts[axis].is_some() => (Position::Unknown, self.doubts[axis]),
             _ if self.unconfirmed.contains(axis) => (Position::Unconfirmed, Some(Doubt::NotAsked)),
             true => (Position::KnownUntilPowerOff, None),
+            false if self.frames.is_some_and(|moved| moved.contains(axis)) => {
+                (Position::KnownAsSent, None)
+            }
             false => (Position::Known, None),
         };
         let axis_end = |(axis, steps_per_mm): &(Axis, f64)| {

@@ -189,7 +189,7 @@ pub struct AxisRecord {
     pub steps: i64,
     /// The same in mm; degrees on rotary axes.
     pub position_mm: f64,
-    /// `known`, `known-until-power-off`, `unconfirmed` or `unknown`.
+    /// `known`, `known-until-power-off`, `known-as-sent`, `unconfirmed` or `unknown`.
     pub state: String,
     /// Why it is not known.
     pub why: Option<String>,

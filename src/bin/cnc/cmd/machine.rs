@@ -5,7 +5,9 @@ use std::io::{self, Write};
 use anyhow::Context;
 use clap::Subcommand;
 use cnc::base::Diagnostic;
-use cnc::base::machine::{BUILT_IN, Machine, Master, ProfileError, Protocol, Rapid};
+use cnc::base::machine::{
+    BUILT_IN, Bus, FRAME_BYTES, FRAME_PLACES, Machine, Master, ProfileError, Protocol, Rapid,
+};
 use serde_json::{Value, json};
 
 use crate::args::Global;
@@ -131,6 +133,9 @@ fn show_bus(out: &mut impl Write, machine: &Machine) -> io::Result<()> {
     if bus.protocol == Protocol::None {
         return writeln!(out, "bus             none: programs are planned and verified, not sent");
     }
+    if bus.protocol == Protocol::Frame {
+        return show_frames(out, bus);
+    }
     let nodes: Vec<_> = bus.nodes.iter().map(|(axis, id)| format!("{axis}={id}")).collect();
     let master = match bus.master {
         Master::Auto => "the axis that moves most".to_owned(),
@@ -148,6 +153,17 @@ fn show_bus(out: &mut impl Write, machine: &Machine) -> io::Result<()> {
         writeln!(out, "spare nodes     {}", ids.join(" "))?;
     }
     writeln!(out, "master          {master}")
+}
+
+fn show_frames(out: &mut impl Write, bus: &Bus) -> io::Result<()> {
+    let (bytes, frame_ms) = (FRAME_BYTES, bus.frame_s() * 1e3);
+    writeln!(
+        out,
+        "bus             frames of {bytes} bytes, {frame_ms:.3} ms at {} baud",
+        bus.baud
+    )?;
+    let places: Vec<_> = bus.nodes.iter().map(|(axis, place)| format!("{axis}={place}")).collect();
+    writeln!(out, "places          {} of {FRAME_PLACES}; no node answers", places.join(" "))
 }
 
 fn check(out: &mut impl Write, files: &[String], global: &Global) -> Outcome {

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
-use cnc::base::machine::Unit;
+use cnc::base::machine::{Protocol, Unit};
 use cnc::base::{Axis, AxisSet, Machine};
 use cnc::wire::{
     ANSWER_PAUSE_US, Entry, ExecutedTick, FaultSpec, Faults, Happening, Nodes, Struck,
@@ -15,9 +15,9 @@ use serde_json::json;
 use super::send::sim;
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
-use crate::input;
 use crate::interrupt::Interrupts;
 use crate::output::WholeFile;
+use crate::protocol::{NO_MAX, ProtocolArgs};
 
 /// How far this system may be late in reading bytes before the nodes' log calls it a hazard.
 const READ_LATE_US: f64 = 5000.0;
@@ -35,6 +35,8 @@ pub struct Args {
     /// default
     #[arg(long, value_name = "[AXIS=]ID,…", value_delimiter = ',', value_parser = unit)]
     units: Vec<Unit>,
+    #[command(flatten)]
+    protocol: ProtocolArgs,
     /// Bits a second on the wire; the machine's by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=10_000_000))]
     baud: Option<u32>,
@@ -70,7 +72,7 @@ fn unit(text: &str) -> Result<Unit, String> {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let mut machine = input::machine(global)?;
+    let mut machine = args.protocol.machine(global)?;
     let executed_file = args.executed.as_deref().map(WholeFile::create).transpose()?;
     machine.bus.baud = args.baud.unwrap_or(machine.bus.baud);
     let units = units(args, &machine)?;
@@ -85,7 +87,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         let list: Vec<_> = faults.iter().map(ToString::to_string).collect();
         say!("faults to come: {}", list.join(" "));
     }
-    let faults = Faults::new(faults, machine.bus.buffer_ticks, machine.bus.metronome_id);
+    let faults = Faults::of_bus(faults, &machine.bus);
     let nodes = Nodes::new(&machine, units, &start, ANSWER_PAUSE_US + late_us);
     let mut nodes = nodes.with_faults(faults);
     let mut pty = Pty::open(args.link.as_deref()).with_context(|| match &args.link {
@@ -120,6 +122,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 }
 
 fn units(args: &Args, machine: &Machine) -> anyhow::Result<Vec<Unit>> {
+    if machine.bus.protocol == Protocol::Frame && !args.units.is_empty() {
+        return Err(anyhow!(
+            "--units names nodes by ID; nodes that take frames have places, in the profile's order"
+        ));
+    }
+    if machine.bus.protocol == Protocol::Frame && args.speed == Speed::Max {
+        return Err(anyhow!("{}", NO_MAX));
+    }
     let units: Vec<Unit> =
         if args.units.is_empty() { machine.bus.units().collect() } else { args.units.clone() };
     if units.is_empty() {
@@ -159,6 +169,10 @@ fn log(entry: &Entry, global: &Global) {
         Happening::Jogs { feed } => format!("jogs with feed byte {feed}"),
         Happening::SyncWaited { entry, waited_us } => {
             format!("took the sync byte of entry {entry} {waited_us} µs late")
+        }
+        Happening::FrameMissed { tick } => format!("missed frame {tick} of the stretch"),
+        Happening::RanDry { count, gap_us } => {
+            format!("had no frame for {gap_us} µs while it ran at {count} steps a tick")
         }
         Happening::Overrun => "was sent more bytes than its receiver keeps".to_owned(),
     };

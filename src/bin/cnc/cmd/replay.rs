@@ -18,6 +18,7 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input::{self, Start};
 use crate::program::{MotionArgs, Program};
+use crate::protocol::ProtocolArgs;
 
 /// Hazards that are told one by one.
 const HAZARDS_MAX: usize = 10;
@@ -39,6 +40,8 @@ pub struct Args {
     #[arg(short, long, value_name = "BLOCK", conflicts_with = "file")]
     execute: Vec<String>,
     #[command(flatten)]
+    protocol: ProtocolArgs,
+    #[command(flatten)]
     motion: MotionArgs,
 }
 
@@ -48,7 +51,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         path => Box::new(File::open(path).with_context(|| path.display().to_string())?),
     };
     let mut trace = TraceReader::open(input).or_bad_input()?;
-    let machine = input::machine(global)?;
+    let machine = args.protocol.machine(global)?;
     let header = trace.header();
     let bad = |what: String| Err(anyhow!("{}: {what}", args.trace.display())).or_bad_input();
     if header.machine_sha256 != hex(&machine.sha256()) {

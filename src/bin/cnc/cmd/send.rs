@@ -14,6 +14,7 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use cnc::base::machine::Protocol;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
 use cnc::interp::RunError;
 use cnc::plan::Feed;
@@ -41,6 +42,7 @@ use crate::journal::{JournalArgs, PortJournal, Told};
 use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, MotionArgs, Program};
 use crate::progress::Bar;
+use crate::protocol::{NO_MAX, ProtocolArgs};
 
 /// Streams a program or a command dump to the nodes
 ///
@@ -81,6 +83,8 @@ pub struct Args {
     #[command(flatten)]
     journal: JournalArgs,
     #[command(flatten)]
+    protocol: ProtocolArgs,
+    #[command(flatten)]
     motion: MotionArgs,
 }
 
@@ -88,7 +92,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = args.file.as_deref().map(input::source).transpose()?;
     let port = args.port.port(global)?;
     check_speed(args, &port)?;
-    let machine = input::machine(global)?;
+    let machine = args.protocol.machine(global)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
             let (job, origin) = dump(&source, &machine)?;
@@ -169,6 +173,7 @@ pub fn run_job(
     mut work: Work<'_>,
 ) -> Outcome {
     let machine = &port.machine(machine);
+    check_answers(args, machine)?;
     work.record.plan_sha256 = journal::hex(&job.sha256());
     let (job, work) = match &args.resume {
         Some(journal) => resumed(args, port, machine, journal, job, work)?,
@@ -226,6 +231,23 @@ pub fn run_job(
         Some(book) => book.verdict(outcome),
         None => outcome,
     }
+}
+
+/// Refuses what needs answers, where nodes have none.
+fn check_answers(args: &Args, machine: &Machine) -> anyhow::Result<()> {
+    if machine.bus.protocol != Protocol::Frame {
+        return Ok(());
+    }
+    if args.speed == Some(Speed::Max) {
+        return Err(anyhow!(NO_MAX));
+    }
+    if args.resume.is_some() {
+        return Err(anyhow!(
+            "--resume goes on from the last place that nodes have acknowledged, and nodes that take frames \
+             acknowledge nothing: send what is left as a program of its own"
+        ));
+    }
+    Ok(())
 }
 
 /// The person at the terminal, with what helps to do events.
@@ -328,7 +350,7 @@ fn simulate(
     report.faults(&faults);
     let nodes = Nodes::new(machine, bus.units(), &job.start_steps, ANSWER_PAUSE_US);
     let asked = faults.len();
-    let faults = Faults::new(faults, bus.buffer_ticks, bus.metronome_id);
+    let faults = Faults::of_bus(faults, bus);
     let mut link = Sim::new(nodes.with_faults(faults));
     let timing = Timing::new(bus, 1.0);
     let (job, ending) = stream(&mut link, machine, job, timing, &mut operator, notes)?;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use cnc::base::machine::Unit;
+use cnc::base::machine::{FRAME_BYTES, Protocol, Unit};
 use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, Event, EventKind, Machine};
 use cnc::verify::{self, Verdict};
@@ -45,6 +45,10 @@ impl Simulated {
 }
 
 impl Report<'_> {
+    fn is_frames(&self) -> bool {
+        self.machine.bus.protocol == Protocol::Frame
+    }
+
     /// What is about to happen, and what is taken for granted; all of it before a dry run.
     pub fn job(&self, job: &Job, calls: &[Call], all: bool) {
         if self.global.quiet {
@@ -74,7 +78,8 @@ impl Report<'_> {
         say!("start     the machine has to stand at {}", starts.join(", "));
         let (ticks, buffers) = (job.ticks, job.buffers().count());
         let time = clock(job.duration_s(&self.machine.bus));
-        say!("time      {time}, {ticks} ticks in {buffers} buffers");
+        let kind = if self.is_frames() { "stretches, a frame a tick" } else { "buffers" };
+        say!("time      {time}, {ticks} ticks in {buffers} {kind}");
         let told: Vec<String> =
             calls.iter().filter(|call| is_told(&call.event)).map(told).collect();
         let shown = if all { told.len() } else { told.len().min(EVENTS_MAX) };
@@ -138,6 +143,8 @@ impl Report<'_> {
             });
             result.insert("events".to_owned(), events.collect());
             writeln!(io::stdout(), "{}", Value::Object(result))
+        } else if self.is_frames() {
+            self.proof_of_frames(proof)
         } else {
             let mut out = io::stdout().lock();
             writeln!(
@@ -156,6 +163,28 @@ impl Report<'_> {
             }
             writeln!(out, "safe for the bus; nothing was sent")
         }
+    }
+
+    fn proof_of_frames(&self, proof: &Proof) -> io::Result<()> {
+        let Proof { buffers, bytes, pairs, nodes, .. } = *proof;
+        let bus = &self.machine.bus;
+        let frames = bytes / u64::from(FRAME_BYTES);
+        let (frame_ms, tick_ms) = (bus.frame_s() * 1e3, bus.tick_s() * 1e3);
+        let mut out = io::stdout().lock();
+        writeln!(
+            out,
+            "proof     {buffers} stretches, {frames} frames, {bytes} bytes, {nodes} nodes"
+        )?;
+        writeln!(
+            out,
+            "          a frame takes {frame_ms:.3} ms of the tick's {tick_ms} at {} baud",
+            bus.baud
+        )?;
+        writeln!(
+            out,
+            "          {pairs} pairs looked at: each node finds its own count, no data begins a frame"
+        )?;
+        writeln!(out, "no node can say whether it heard; nothing was sent")
     }
 
     /// The end of a job on nodes outside.
@@ -250,11 +279,16 @@ impl Report<'_> {
             unless_unread(writeln!(io::stdout(), "{name}"))?;
         } else {
             let (ticks, buffers) = (ending.ticks, ending.buffers);
+            let told = match self.is_frames() {
+                true => format!(
+                    "{ticks} ticks sent in {buffers} whole stretches, which nobody acknowledges"
+                ),
+                false => format!("{ticks} ticks acknowledged in {buffers} whole buffers"),
+            };
             let (late, late_max) = (pacing.late_us as f64 * 1e-3, pacing.late_us_max as f64 * 1e-3);
             unless_unread(writeln!(
                 io::stdout(),
-                "{name}: {ticks} ticks acknowledged in {buffers} whole buffers; late by \
-                 {late:.1} ms in all, {late_max:.2} ms at most"
+                "{name}: {told}; late by {late:.1} ms in all, {late_max:.2} ms at most"
             ))?;
         }
         Ok(exit)
@@ -268,7 +302,11 @@ impl Report<'_> {
             let state = match end.position {
                 Position::Known => "known",
                 Position::KnownUntilPowerOff => "known until its node is switched off",
+                Position::KnownAsSent => "known as far as was sent: its node cannot answer",
                 Position::Unconfirmed => "not confirmed",
+                Position::Unknown if self.is_frames() => {
+                    "unknown from here on: measure it, and say so with --at"
+                }
                 Position::Unknown => "unknown from here on: home it",
             };
             let unit = unit(end.axis);
@@ -286,6 +324,10 @@ impl Report<'_> {
         }
         if ending.power_cycle && self.is_direct {
             say!("what the nodes do now cannot be known: switch all of them off and on, then home");
+        } else if ending.power_cycle && self.is_frames() {
+            say!(
+                "nodes that heard half a frame stand still when the next one comes: switch all nodes off and on"
+            );
         } else if ending.power_cycle {
             say!(
                 "some nodes still hold a buffer and would take every byte as a tick of it: switch all nodes off and on, then home"

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use cnc::base::Machine;
-use cnc::base::machine::Unit;
+use cnc::base::machine::{Protocol, Unit};
 use cnc::wire::{FaultSpec, Faults};
 
 /// Faults of simulated nodes, as the port's name asks for them.
@@ -78,6 +78,9 @@ pub fn faults(
         return Err(anyhow!("fault {fault}: there is no such node on this bus"));
     }
     let count = count.unwrap_or(usize::from(list.is_empty()));
-    let drawn = seed.map(|seed| Faults::draw(seed, count, units, machine.bus.buffer_ticks));
+    let drawn = seed.map(|seed| match machine.bus.protocol {
+        Protocol::Frame => Faults::draw_frames(seed, count, units),
+        _ => Faults::draw(seed, count, units, machine.bus.buffer_ticks),
+    });
     Ok([list.to_vec(), drawn.unwrap_or_default()].concat())
 }
