@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use crate::base::AxisMap;
-use crate::base::machine::Unit;
+use crate::base::machine::{Protocol, Unit};
 use crate::wire::firmware::Firmware;
 use crate::wire::job::{Buffer, Job};
 use crate::wire::node::Activity;
@@ -212,18 +212,24 @@ pub fn reached(nodes: &Nodes, job: Option<&Job>) -> Vec<Reached> {
 }
 
 fn planned(unit: Unit, node: &Firmware, job: &Job) -> Option<Planned> {
-    let fill = |buffer: &'_ Buffer| buffer.fills.iter().position(|fill| fill.unit == unit);
-    let mut fills = job.buffers().filter_map(|buffer| Some((buffer, fill(buffer)?)));
+    // Frames go to all nodes, moving or not.
+    let hears = |buffer: &Buffer| {
+        buffer.protocol == Protocol::Frame || buffer.fills.iter().any(|fill| fill.unit == unit)
+    };
+    let mut buffers = job.buffers().filter(|buffer| hears(buffer));
     let mut last = None;
     let mut as_planned = true;
     for run in node.runs() {
-        let Some((buffer, fill)) = fills.next() else {
+        let Some(buffer) = buffers.next() else {
             as_planned = false;
             break;
         };
         let mut executed = (0..).zip(&run.counts);
         as_planned &= run.counts.len() <= buffer.entries()
-            && executed.all(|(tick, count)| buffer.count(&buffer.fills[fill], tick) == *count);
+            && executed.all(|(tick, count)| {
+                let fill = buffer.fills.iter().find(|fill| fill.unit == unit);
+                fill.map_or(0, |fill| buffer.count(fill, tick)) == *count
+            });
         last = Some((buffer, run.counts.len()));
     }
     let (buffer, ticks) = last?;

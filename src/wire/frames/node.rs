@@ -2,7 +2,8 @@
 //!
 //! Rules: a frame is 13 bytes from an info byte on; a frame that is broken, changed, of an unknown mode
 //! or not the next one, or that asks for more steps than the axis can make, stops the node for good:
-//! it stands still until it is switched off, for it has missed counts that nobody will repeat. Without a
+//! it stands still until it is switched off, for it has missed counts that nobody will repeat; so does
+//! one that has not heard the beginning. Without a
 //! frame it stands still too, at once and without a ramp. It keeps what comes while it steps, four frames
 //! at most. Time is an argument, as for [`crate::wire::Node`].
 
@@ -70,9 +71,9 @@ impl FrameNode {
         self.place
     }
 
-    /// Executing from the first frame on, until it stops for good.
+    /// Executing while counts wait to be made.
     pub fn activity(&self) -> Activity {
-        if self.due.is_some() && !self.stopped { Activity::Executing } else { Activity::Idle }
+        if self.waiting.is_empty() { Activity::Idle } else { Activity::Executing }
     }
 
     /// Where the axis stands.
@@ -93,8 +94,11 @@ impl FrameNode {
         }
         let begins = byte & INFO != 0;
         if begins != self.heard.is_empty() {
-            // Half a frame, or data without a beginning: what was in between is lost.
-            self.miss(now_us);
+            // Half a frame, or data without an info byte. Before the first beginning that may be noise of
+            // switching on: whether a frame was lost shows in the next one.
+            if self.due.is_some() {
+                self.miss(now_us);
+            }
             self.heard.clear();
         }
         if begins || !self.heard.is_empty() {
@@ -163,13 +167,11 @@ impl FrameNode {
         self.waiting.clear();
     }
 
-    /// Before the first beginning nothing is missed: it was switched on in the middle of something.
+    /// It has not heard a frame that was sent, or cannot be sure that it has.
     fn miss(&mut self, now_us: u64) {
-        if self.due.is_some() {
-            self.stop();
-            let tick = self.runs.last().map_or(0, |run| run.counts.len());
-            self.happenings.push_back((now_us, Happening::FrameMissed { tick }));
-        }
+        self.stop();
+        let tick = self.runs.last().map_or(0, |run| run.counts.len());
+        self.happenings.push_back((now_us, Happening::FrameMissed { tick }));
     }
 
     fn take(&mut self, now_us: u64, frame: &Frame) {
@@ -180,13 +182,12 @@ impl FrameNode {
             self.runs.push(Run { start_us: now_us, counts: Vec::new() });
             return;
         }
-        let Some(number) = self.due else { return };
         let count = super::decode(super::place(frame, self.place));
-        let is_right = super::mode(frame, number) == Some(Mode::Move)
-            && count.unsigned_abs() <= self.limits.count_max;
-        if !is_right {
-            return self.miss(now_us);
-        }
+        let is_right = |number: &u64| {
+            super::mode(frame, *number) == Some(Mode::Move)
+                && count.unsigned_abs() <= self.limits.count_max
+        };
+        let Some(number) = self.due.filter(is_right) else { return self.miss(now_us) };
         self.due = Some(number + 1);
         let (last_us, last_count) = self.last;
         let gap_us = now_us - last_us;

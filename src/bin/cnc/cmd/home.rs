@@ -35,7 +35,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let mut machine = input::machine(global)?;
     let send = args.direct.to_send(true);
     let port = send.port.port(global)?;
-    check_speed(&send, &port)?;
+    check_speed(&send, &port, &machine)?;
     let axes: Vec<Axis> = args.axes.iter().flat_map(|list| list.0.iter().copied()).collect();
     let counted = match &args.start {
         // Time is all that the audit has, and here is none.

@@ -61,7 +61,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let from = args.from.or(told.position_mm(args.axis, &machine));
     // Who says where the axis stands knows what is about to happen; so does the journal.
     let send = args.direct.to_send(args.raw || from.is_none());
-    check_speed(&send, &port)?;
+    check_speed(&send, &port, &machine)?;
     if args.raw {
         let interrupts = Interrupts::watch()?;
         let job = wire::raw_jog(&machine, args.axis, args.by, args.feed).or_bad_input()?;

@@ -91,8 +91,8 @@ pub struct Args {
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = args.file.as_deref().map(input::source).transpose()?;
     let port = args.port.port(global)?;
-    check_speed(args, &port)?;
     let machine = args.protocol.machine(global)?;
+    check_speed(args, &port, &machine)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
             let (job, origin) = dump(&source, &machine)?;
@@ -173,7 +173,6 @@ pub fn run_job(
     mut work: Work<'_>,
 ) -> Outcome {
     let machine = &port.machine(machine);
-    check_answers(args, machine)?;
     work.record.plan_sha256 = journal::hex(&job.sha256());
     let (job, work) = match &args.resume {
         Some(journal) => resumed(args, port, machine, journal, job, work)?,
@@ -328,8 +327,9 @@ pub fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure
     Ok((job, header))
 }
 
-/// Real nodes keep their own time.
-pub fn check_speed(args: &Args, port: &Port) -> anyhow::Result<()> {
+/// Real nodes keep their own time, and those that cannot answer keep nothing back.
+pub fn check_speed(args: &Args, port: &Port, machine: &Machine) -> anyhow::Result<()> {
+    check_answers(args, machine)?;
     if args.speed.is_some() && port.is_real() {
         let port = args.port.port.display();
         return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));
