@@ -53,6 +53,10 @@ fn what_is_allowed_but_will_not_work_is_a_warning() {
     assert!(warnings("tick_us = 11000", "tick_us = 10280").is_empty());
     assert!(warnings("tick_us = 11000", "tick_us = 10279")[0].contains("10280"));
     assert!(warnings("count_max = 119", "count_max = 120")[0].contains("119"));
+    let frames = "protocol = \"frame\"\nbaud = 9600";
+    let framed = BASE.replace("X = 122, Z = 124, A = 125", "X = 1, Z = 2, A = 3");
+    let framed = framed.replace("protocol = \"buffered\"", frames);
+    assert!(Machine::parse("case", &framed).unwrap().warnings()[0].contains("11819 baud"));
 }
 
 #[test]

@@ -278,20 +278,20 @@ impl Report<'_> {
         } else if self.is_direct {
             unless_unread(writeln!(io::stdout(), "{name}"))?;
         } else {
-            let (ticks, buffers) = (ending.ticks, ending.buffers);
-            let told = match self.is_frames() {
-                true => format!(
-                    "{ticks} ticks sent in {buffers} whole stretches, which nobody acknowledges"
-                ),
-                false => format!("{ticks} ticks acknowledged in {buffers} whole buffers"),
-            };
-            let (late, late_max) = (pacing.late_us as f64 * 1e-3, pacing.late_us_max as f64 * 1e-3);
-            unless_unread(writeln!(
-                io::stdout(),
-                "{name}: {told}; late by {late:.1} ms in all, {late_max:.2} ms at most"
-            ))?;
+            unless_unread(writeln!(io::stdout(), "{name}: {}", self.summary(ending)))?;
         }
         Ok(exit)
+    }
+
+    /// What was sent and acknowledged, in a line.
+    fn summary(&self, ending: &Ending) -> String {
+        let (ticks, buffers, pacing) = (ending.ticks, ending.buffers, ending.pacing.figures());
+        let told = match self.is_frames() {
+            true => format!("sent in {buffers} whole stretches, which nobody acknowledges"),
+            false => format!("acknowledged in {buffers} whole buffers"),
+        };
+        let (late, late_max) = (pacing.late_us as f64 * 1e-3, pacing.late_us_max as f64 * 1e-3);
+        format!("{ticks} ticks {told}; late by {late:.1} ms in all, {late_max:.2} ms at most")
     }
 
     fn positions(&self, ending: &Ending) {
