@@ -22,6 +22,7 @@
 //! - [`verify`]: steps against curves; shares nothing with `plan` and `step`
 //! - [`wire`]: steps ⇄ bytes: lint, master and node, without a clock or a device
 //! - [`wire_io`]: serial ports, pseudo-terminals and simulated nodes
+//! - [`systems`]: the papers' other systems, as pure computation
 //!
 //! A stage may use those before it as ARCHITECTURE.md draws them; a test holds the arrows.
 
@@ -31,6 +32,7 @@ pub mod interp;
 pub mod path;
 pub mod plan;
 pub mod step;
+pub mod systems;
 pub mod tape;
 pub mod verify;
 pub mod wire;

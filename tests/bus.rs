@@ -3,7 +3,7 @@
 use cnc::base::machine::Unit;
 use cnc::base::{Axis, AxisMap, Command, Event, EventKind, Machine, Tick};
 use cnc::wire::{
-    Activity, During, End, Ending, ExecutedTick, Fault, Job, Master, MasterEvent, Node, Nodes,
+    Activity, During, End, Ending, ExecutedTick, Fault, Firmware, Job, Master, MasterEvent, Nodes,
     Position, Step, Timing, lint,
 };
 use cnc::wire_io::{Link, LinkError, Operator, Sim, drive};
@@ -103,7 +103,7 @@ impl Link for Wire {
         self.sim.now_us()
     }
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        let fills = |node: &Node| node.activity() == Activity::Filling;
+        let fills = |node: &Firmware| node.activity() == Activity::Filling;
         if bytes == [0] && !self.sim.nodes().iter().any(|(_, node)| fills(node)) {
             if self.singles_us.len() % 3 == 2 {
                 let until_us = self.sim.now_us() + self.stall_us;
@@ -289,6 +289,7 @@ proptest! {
             let fits = match end.position {
                 Position::Known => !asleep,
                 Position::KnownUntilPowerOff | Position::Unconfirmed => asleep,
+                Position::KnownAsSent => false,
                 Position::Unknown => false,
             };
             prop_assert!(fits, "{:?}", outcome.ending);

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use cnc::base::machine::Unit;
+use cnc::base::machine::{Protocol, Unit};
 use cnc::base::{Axis, AxisMap, Command, Machine, Tick};
 use cnc::wire::{Buffer, Fill, Job, JobError, Nodes, Step, codec, lint};
 use proptest::prelude::*;
@@ -28,7 +28,8 @@ fn job(machine: &Machine, buffers: Vec<Vec<Fill>>) -> Job {
     job.nodes = machine.bus.units().collect();
     for (number, fills) in (0..).zip(buffers) {
         let lines = vec![number + 1; ENTRIES as usize];
-        job.steps.push(Step::Buffer(Buffer { number, fills, lines, events: Vec::new() }));
+        let (protocol, events) = (Protocol::Buffered, Vec::new());
+        job.steps.push(Step::Buffer(Buffer { protocol, number, fills, lines, events }));
     }
     job
 }

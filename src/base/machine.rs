@@ -9,6 +9,7 @@ mod error;
 mod file;
 mod hooks;
 pub(in crate::base) mod keys;
+mod plc;
 mod timing;
 
 use std::collections::BTreeMap;
@@ -21,6 +22,7 @@ use sha2::{Digest, Sha256};
 
 pub use self::error::ProfileError;
 pub use self::hooks::{HOOK_TIMEOUT_S, Hook, Hooks, NoValue, Occasion, Trigger};
+pub use self::plc::PlcProfile;
 pub use self::timing::{ANSWER_PAUSE_US, BufferTime, LISTEN_US, SPI_US};
 use crate::base::{Axis, AxisMap, Point};
 
@@ -64,6 +66,8 @@ pub struct Machine {
     pub assumed_inputs: bool,
     /// Commands that do what programs ask for besides motion.
     pub hooks: Hooks,
+    /// Delays of functions by handshake with a PLC, if the profile tells of it.
+    pub plc: Option<PlcProfile>,
     toml: String,
 }
 

@@ -38,5 +38,6 @@ pub use master::{Master, MasterEvent, Progress, Timing};
 pub use node::{ANSWER_PAUSE_US, Activity, HOME_STEPS, Happening, Node, Run};
 pub use nodes::{Entry, ExecutedTick, Nodes};
 pub use pacing::{Pacing, PacingFigures, SLIDE_US};
+pub use places::EventBlock;
 pub use replay::{Answer, Difference, Planned, Reached, Replay, in_step, reached};
 pub use report::{AxisEnd, Doubt, During, End, Ending, Fault, Position};

@@ -9,9 +9,9 @@ use std::collections::BTreeSet;
 use cnc::base::machine::{Master as MasterChoice, Unit};
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::wire::{
-    Activity, During, End, Ending, Entry, Fault, FaultKind, FaultSpec, Faults, Happening, Job,
-    Master, MasterEvent, Node, Nodes, Phase, Position, Random, Reached, Replay, Struck, Timing,
-    Who, lint, reached,
+    Activity, During, End, Ending, Entry, Fault, FaultKind, FaultSpec, Faults, Firmware, Happening,
+    Job, Master, MasterEvent, Nodes, Phase, Position, Random, Reached, Replay, Struck, Timing, Who,
+    lint, reached,
 };
 use cnc::wire_io::{Hands, Link, Operator, Sim, TraceLine, Traced, drive};
 
@@ -26,7 +26,7 @@ pub struct Ran {
     machine: Machine,
     /// All bytes both ways, as `--trace` writes them.
     trace: Vec<TraceLine>,
-    nodes: Vec<(Unit, Node)>,
+    nodes: Vec<(Unit, Firmware)>,
     difference: Option<(u64, u32)>,
 }
 
@@ -286,11 +286,12 @@ fn replay(ran: &Ran) -> Replay {
 fn replays(ran: &Ran) -> Result<(), String> {
     let replay = replay(ran);
     let reached_nodes = |kind: FaultKind| kind.is_of_answer() || kind == FaultKind::Close;
-    let bytes = |node: &Node| node.runs().iter().map(|run| run.bytes.clone()).collect::<Vec<_>>();
+    let counts =
+        |node: &Firmware| node.runs().iter().map(|run| run.counts.clone()).collect::<Vec<_>>();
     if ran.struck.iter().all(|at| reached_nodes(at.fault.kind)) {
         for ((unit, node), (_, replayed)) in ran.nodes.iter().zip(replay.nodes().iter()) {
             let positions = (node.position_steps(), replayed.position_steps());
-            if bytes(node) != bytes(replayed) || positions.0 != positions.1 {
+            if counts(node) != counts(replayed) || positions.0 != positions.1 {
                 return Err(format!("{unit} does otherwise in a replay: {positions:?}"));
             }
         }
@@ -309,21 +310,21 @@ fn replays(ran: &Ran) -> Result<(), String> {
     }
 }
 
-fn node_of(ran: &Ran, axis: Axis) -> &(Unit, Node) {
+fn node_of(ran: &Ran, axis: Axis) -> &(Unit, Firmware) {
     ran.nodes.iter().find(|(unit, _)| unit.axis == Some(axis)).unwrap()
 }
 
 /// Every execution is a beginning of the buffer that was to be executed, and nothing else moved.
-fn nothing_unplanned(ran: &Ran, unit: Unit, node: &Node) -> Result<(), String> {
+fn nothing_unplanned(ran: &Ran, unit: Unit, node: &Firmware) -> Result<(), String> {
     let fills = ran.job.buffers().flat_map(|buffer| &buffer.fills).filter(|fill| fill.unit == unit);
-    let mut fills = fills.map(|fill| &fill.bytes);
+    let count = |byte: &u8| cnc::wire::codec::decode(*byte);
+    let mut fills = fills.map(|fill| fill.bytes.iter().map(count).collect::<Vec<_>>());
     let mut steps = unit.axis.map_or(0, |axis| ran.job.start_steps[axis]);
     for run in node.runs() {
-        if fills.next().is_none_or(|bytes| !bytes.starts_with(&run.bytes)) {
+        if fills.next().is_none_or(|counts| !counts.starts_with(&run.counts)) {
             return Err(format!("{unit} executed what was not planned"));
         }
-        steps +=
-            run.bytes.iter().map(|byte| i64::from(cnc::wire::codec::decode(*byte))).sum::<i64>();
+        steps += run.counts.iter().map(|count| i64::from(*count)).sum::<i64>();
     }
     let busy = matches!(node.activity(), Activity::Filling | Activity::Executing);
     if ran.ending.end == End::Done && (fills.next().is_some() || node.is_full() || busy) {
@@ -365,6 +366,7 @@ pub fn seen(ran: &Ran) -> BTreeSet<String> {
             Happening::Homes { .. } => "node: homes".to_owned(),
             Happening::SyncWaited { .. } => "node: sync waited".to_owned(),
             Happening::Overrun => "node: overrun".to_owned(),
+            Happening::FrameMissed { .. } | Happening::RanDry { .. } => "node: frames".to_owned(),
         });
         seen.extend(entry.hazard.map(|hazard| format!("hazard: {hazard}")));
     }

@@ -48,6 +48,13 @@ pub(super) fn text(machine: &Machine) -> String {
             line(&mut out, "encoder", true);
         }
     }
+    if let Some(plc) = &machine.plc {
+        out.push_str("\n[plc]\n");
+        line(&mut out, "baud", plc.baud);
+        line(&mut out, "tmf_ms", plc.tmf_ms);
+        line(&mut out, "tfin_ms", plc.tfin_ms);
+        line(&mut out, "timeout_s", number(plc.timeout_s));
+    }
     out + &machine.hooks.text()
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::hooks::Hooks;
 use super::keys::Keys;
+use super::plc::PlcProfile;
 use super::{
     AxisProfile, BUFFER_TICKS, Bus, FRAME_COUNT_MAX, FRAME_PLACES, HOST_ID, Machine, Master,
     POSITION_MOST, ProfileError, Protocol, Rapid, Spindle, canonical,
@@ -61,6 +62,7 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
     });
     let assumed_inputs = keys.boolean_if("assumed_inputs").unwrap_or(false);
     let hooks = Hooks::read(keys);
+    let plc = PlcProfile::read(keys);
     Machine {
         id: id.to_owned(),
         name,
@@ -75,6 +77,7 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
         spindle,
         assumed_inputs,
         hooks,
+        plc,
         toml: String::new(),
     }
 }
