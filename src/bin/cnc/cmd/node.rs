@@ -1,5 +1,7 @@
 //! `cnc node`: virtual nodes on a pseudo-terminal that behave as the node firmware does.
 
+mod plc;
+
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -12,6 +14,7 @@ use cnc::wire::{
 use cnc::wire_io::{Pty, Serving, Speed, serve};
 use serde_json::json;
 
+use self::plc::PlcArgs;
 use super::send::sim;
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
@@ -55,6 +58,8 @@ pub struct Args {
     /// Draw a fault from this seed
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    #[command(flatten)]
+    plc: PlcArgs,
 }
 
 fn unit(text: &str) -> Result<Unit, String> {
@@ -72,6 +77,9 @@ fn unit(text: &str) -> Result<Unit, String> {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    if args.plc.plc {
+        return plc::run(&args.plc, &mut pty(args)?, args.once, global);
+    }
     let mut machine = args.protocol.machine(global)?;
     let executed_file = args.executed.as_deref().map(WholeFile::create).transpose()?;
     machine.bus.baud = args.baud.unwrap_or(machine.bus.baud);
@@ -90,10 +98,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let faults = Faults::of_bus(faults, &machine.bus);
     let nodes = Nodes::new(&machine, units, &start, ANSWER_PAUSE_US + late_us);
     let mut nodes = nodes.with_faults(faults);
-    let mut pty = Pty::open(args.link.as_deref()).with_context(|| match &args.link {
-        Some(link) => format!("no pseudo-terminal with the link {}", link.display()),
-        None => "no pseudo-terminal".to_owned(),
-    })?;
+    let mut pty = pty(args)?;
     announce(&pty, global)?;
     let mut hazards = 0_u64;
     let mut entry = |entry: &Entry| {
@@ -143,6 +148,13 @@ fn units(args: &Args, machine: &Machine) -> anyhow::Result<Vec<Unit>> {
         }
     }
     Ok(units)
+}
+
+fn pty(args: &Args) -> anyhow::Result<Pty> {
+    Pty::open(args.link.as_deref()).with_context(|| match &args.link {
+        Some(link) => format!("no pseudo-terminal with the link {}", link.display()),
+        None => "no pseudo-terminal".to_owned(),
+    })
 }
 
 fn announce(pty: &Pty, global: &Global) -> std::io::Result<()> {

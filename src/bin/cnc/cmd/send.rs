@@ -5,6 +5,7 @@ pub mod direct;
 mod live;
 mod operator;
 mod pacing;
+mod plc;
 mod result;
 pub mod resume;
 pub mod sim;
@@ -30,6 +31,7 @@ use cnc::wire_io::{self, Link, Paced, Sim, Speed, Traced, drive};
 
 use self::book::Book;
 use self::operator::Terminal;
+use self::plc::PlcArgs;
 use self::result::{Report, Simulated};
 use self::resume::Resume;
 use self::sim::Simulation;
@@ -39,6 +41,7 @@ use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
+use crate::output::WholeFile;
 use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, MotionArgs, Program};
 use crate::progress::Bar;
@@ -84,6 +87,8 @@ pub struct Args {
     journal: JournalArgs,
     #[command(flatten)]
     protocol: ProtocolArgs,
+    #[command(flatten)]
+    plc: PlcArgs,
     #[command(flatten)]
     motion: MotionArgs,
 }
@@ -156,6 +161,7 @@ struct Notes<'a> {
     /// Begins with the job.
     tracing: Option<Tracing>,
     book: Option<Book<'a>>,
+    signals: Option<WholeFile>,
 }
 
 /// A job that `jog` or `home` made.
@@ -183,6 +189,7 @@ pub fn run_job(
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let is_direct = direct::of_job(&job).next().is_some();
     let report = Report { machine, global, is_direct };
+    args.plc.check(&job, machine)?;
     let calls = wire_io::calls(&job, machine).or_bad_input()?;
     let runs_hooks = args.hooks || faults.is_none();
     report.job(&job, &calls, args.dry_run);
@@ -217,11 +224,15 @@ pub fn run_job(
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
         operator.stop_on_input();
     }
+    if let Some(plc) = args.plc.open(machine)? {
+        operator = operator.with_plc(plc);
+    }
     let tracing = Tracing::create(args, faults.is_some(), work.record.resumed.clone())?;
     let journal = journal.as_mut().map(|opened| &mut opened.journal);
     let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
     let book = journal.map(|journal| Book::new(journal, record));
-    let mut notes = Notes { tracing, book };
+    let signals = args.plc.signals.as_deref().map(WholeFile::create).transpose()?;
+    let mut notes = Notes { tracing, book, signals };
     let outcome = match faults {
         Some(faults) => simulate(&report, job, operator, faults, work.program, &mut notes),
         None => send(args, port, &report, job, operator, &mut notes),
@@ -259,6 +270,7 @@ fn operator(
     let (tools, _) = input::tools(args.motion.tools.as_deref())?;
     let interrupts = Interrupts::watch()?;
     let operator = Terminal::new(args.ignore_stops, global, interrupts).with_tools(tools);
+    let operator = if args.plc.is_given() { operator.leaving_tools_to_plc() } else { operator };
     Ok(if runs_hooks { operator.with_hooks(machine) } else { operator })
 }
 
@@ -437,6 +449,11 @@ fn stream(
         None => drive(&mut link, &mut master, operator),
     };
     operator.bar.end();
+    let plc = operator.end_plc();
+    if let (Some(plc), Some(file)) = (plc, notes.signals.take()) {
+        let written = file.write(|out| Ok(plc::write_signals(out, plc.samples())?));
+        written.map_err(|failure| failure.error)?;
+    }
     let now_us = link.now_us();
     if let Some(trace) = link.into_trace() {
         trace.end(now_us, tracing::ending(&ending.end));

@@ -7,7 +7,7 @@ use anyhow::anyhow;
 use cnc::base::{Axis, Event, EventKind, Machine, Source};
 use cnc::interp::Tools;
 use cnc::wire::{End, Ending, Job, Live, Master, MasterEvent};
-use cnc::wire_io::{Hands, HookRunner, Operator};
+use cnc::wire_io::{Hands, HookRunner, Operator, PlcRunner};
 use rustix::event::{PollFd, PollFlags, Timespec};
 
 use super::live::{self, Listing};
@@ -29,9 +29,10 @@ pub struct Terminal {
     /// Interrupts that have been answered.
     told: usize,
     hands: Option<HookRunner>,
+    plc: Option<PlcRunner>,
     /// What the tool table says, for whoever changes tools.
     tools: Tools,
-    /// A command changes tools, and nobody has to be asked.
+    /// A command or a PLC changes tools, and nobody has to be asked.
     changes_tools: bool,
     /// One of them asked for a hold that has not come about yet.
     holding: bool,
@@ -52,6 +53,7 @@ impl Terminal {
             interrupts,
             told: 0,
             hands: None,
+            plc: None,
             tools: Tools::default(),
             changes_tools: false,
             holding: false,
@@ -65,6 +67,23 @@ impl Terminal {
     pub fn with_hooks(self, machine: &Machine) -> Self {
         let changes_tools = machine.hooks.of(TOOL_CHANGE).is_some();
         Terminal { hands: Some(HookRunner::new(machine)), changes_tools, ..self }
+    }
+
+    /// With a PLC that does all of that.
+    pub fn with_plc(self, plc: PlcRunner) -> Self {
+        Terminal { plc: Some(plc), ..self }
+    }
+
+    /// A PLC changes tools, and nobody has to be asked.
+    pub fn leaving_tools_to_plc(self) -> Self {
+        Terminal { changes_tools: true, ..self }
+    }
+
+    /// The PLC, once the job is over: nothing is asked of it any more.
+    pub fn end_plc(&mut self) -> Option<&PlcRunner> {
+        let plc = self.plc.as_mut()?;
+        plc.stop();
+        Some(plc)
     }
 
     /// With a tool table to name tools by.
@@ -98,6 +117,9 @@ impl Terminal {
     /// Shows a job while it runs, with the lines of the program that it was made from.
     pub fn watch(&mut self, job: &Job, machine: &Machine) {
         self.live = (job.ticks > 0).then(|| Live::new(job, machine));
+        if let Some(plc) = &mut self.plc {
+            plc.begin_job(job);
+        }
     }
 
     /// The program whose lines are shown.
@@ -167,6 +189,9 @@ impl Terminal {
         }
         for event in self.hands.iter().flat_map(HookRunner::left_on) {
             say!("may still be on: {} of line {}, whose hook has run", event.kind, event.line);
+        }
+        for event in self.plc.iter().flat_map(PlcRunner::left_on) {
+            say!("may still be on: {} of line {}, which the PLC has done", event.kind, event.line);
         }
     }
 
@@ -249,7 +274,10 @@ impl Operator for Terminal {
     }
 
     fn hands(&mut self) -> Option<&mut dyn Hands> {
-        self.hands.as_mut().map(|hands| hands as &mut dyn Hands)
+        match &mut self.plc {
+            Some(plc) => Some(plc),
+            None => self.hands.as_mut().map(|hands| hands as &mut dyn Hands),
+        }
     }
 
     fn pause(&mut self, event: &Event) -> bool {
@@ -274,6 +302,10 @@ impl Operator for Terminal {
     }
 
     fn progress(&mut self, master: &Master) {
+        if let Some(plc) = &mut self.plc {
+            let progress = master.progress();
+            plc.progress(progress.ticks, progress.at_us);
+        }
         let Some(live) = &mut self.live else { return };
         live.update(master);
         if self.bar.is_due() {

@@ -1,0 +1,74 @@
+//! `--plc`: M, S and T functions by handshake; `--signals`: what was on the wires, and when.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use cnc::base::Machine;
+use cnc::systems::plc::{Plc, Sample};
+use cnc::wire::Job;
+use cnc::wire_io::{PlcRunner, Serial};
+
+use crate::exit::{ExitWith, Failure};
+
+/// How long the PLC within this program takes over a function.
+const ACTS_US: u64 = 100_000;
+
+/// The PLC, and what is kept of it.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct PlcArgs {
+    /// Give M, S and T functions to the PLC at this port, by handshake (docs/plc.md); sim: is one within
+    /// this program
+    #[arg(long, value_name = "PORT")]
+    plc: Option<PathBuf>,
+    /// Write the signals of the handshake with their times, as CSV
+    #[arg(long, value_name = "FILE", requires = "plc")]
+    pub signals: Option<PathBuf>,
+}
+
+impl PlcArgs {
+    /// Whether there is to be one.
+    pub fn is_given(&self) -> bool {
+        self.plc.is_some()
+    }
+
+    /// Refuses a job that cannot be told by codes, or that hooks would do too.
+    pub fn check(&self, job: &Job, machine: &Machine) -> Result<(), Failure> {
+        if self.plc.is_none() {
+            return Ok(());
+        }
+        if !machine.hooks.is_empty() {
+            return Err(anyhow!(
+                "machine {} has hooks, and --plc gives all functions to the PLC: one of them has to do it",
+                machine.id
+            )
+            .into());
+        }
+        PlcRunner::check(job).map_err(|reason| anyhow!(reason)).or_bad_input()
+    }
+
+    /// Opens the port and hears the PLC, if there is to be one.
+    pub fn open(&self, machine: &Machine) -> Result<Option<PlcRunner>, Failure> {
+        let Some(path) = &self.plc else { return Ok(None) };
+        let profile = machine.plc.unwrap_or_default();
+        if path == Path::new("sim:") {
+            return Ok(Some(PlcRunner::simulated(Plc::new(ACTS_US, Vec::new()), &profile)));
+        }
+        let port = Serial::open(path, profile.baud).or_bus()?;
+        let mut plc = PlcRunner::wired(port, &profile);
+        plc.connect().map_err(|reason| anyhow!("{}: {reason}", path.display())).or_bus()?;
+        Ok(Some(plc))
+    }
+}
+
+/// A row each time that a signal has changed.
+pub fn write_signals(out: &mut impl Write, samples: &[Sample]) -> io::Result<()> {
+    writeln!(out, "t_us,line,code,strobe,den,fin,motion")?;
+    for sample in samples {
+        let Sample { at_us, line, nc, fin, moves } = sample;
+        let code = nc.function.map_or(String::new(), |function| function.to_string());
+        let [strobe, den, fin, moves] = [nc.strobe, nc.den, *fin, *moves].map(u8::from);
+        writeln!(out, "{at_us},{line},{code},{strobe},{den},{fin},{moves}")?;
+    }
+    Ok(())
+}
