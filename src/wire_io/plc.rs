@@ -96,6 +96,9 @@ impl Line for Simulated {
     }
 
     fn pass(&mut self, until_us: u64) -> bool {
+        if self.told != Some(self.plc.fin()) {
+            return true;
+        }
         let next_us = self.plc.next_us().unwrap_or(until_us).min(until_us).max(self.now_us);
         self.ahead_us += next_us - self.now_us;
         self.now_us = next_us;

@@ -18,7 +18,7 @@ pub struct Times {
 pub enum Missing {
     /// The PLC has not done the function, or has not said so.
     #[error(
-        "FIN is missing: {function} has stood with {} and DEN for {} s, and the PLC has not given it",
+        "FIN is missing: {function} has stood with {} and DEN for {:.3} s, and the PLC has not given it",
         function.kind.strobe(), seconds(*.waited_us)
     )]
     Fin {
@@ -29,7 +29,7 @@ pub enum Missing {
     },
     /// The PLC has not taken back FIN.
     #[error(
-        "FIN does not end: {} of {function} has been off for {} s, and the PLC keeps FIN on",
+        "FIN does not end: {} of {function} has been off for {:.3} s, and the PLC keeps FIN on",
         function.kind.strobe(), seconds(*.waited_us)
     )]
     FinOff {
@@ -40,7 +40,7 @@ pub enum Missing {
     },
     /// FIN stands before anything was asked.
     #[error(
-        "FIN is on before {} of {function}, for {} s: the PLC has not ended what was before",
+        "FIN is on before {} of {function}, for {:.3} s: the PLC has not ended what was before",
         function.kind.strobe(), seconds(*.waited_us)
     )]
     FinEarly {

@@ -211,10 +211,7 @@ pub fn run_job(
             false => journal.check_position(&job, machine, global),
         }?;
     }
-    if args.resume.is_some() && !args.yes && !operator.can_ask() {
-        return Err(anyhow!("--resume starts nothing by itself: say --yes to what is shown").into());
-    }
-    if !args.yes && !operator.asks("Start the job?") {
+    if !may_start(args, &operator)? {
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
@@ -241,6 +238,14 @@ pub fn run_job(
         Some(book) => book.verdict(outcome),
         None => outcome,
     }
+}
+
+/// Whether the operator wants the job that was shown.
+fn may_start(args: &Args, operator: &Terminal) -> anyhow::Result<bool> {
+    if args.resume.is_some() && !args.yes && !operator.can_ask() {
+        return Err(anyhow!("--resume starts nothing by itself: say --yes to what is shown"));
+    }
+    Ok(args.yes || operator.asks("Start the job?"))
 }
 
 /// Refuses what needs answers, where nodes have none.
