@@ -20,6 +20,7 @@
 //! - [`step`]: the only place where mm become steps
 //! - [`tape`]: the command dump, a CSV file with a seal
 //! - [`verify`]: steps against curves; shares nothing with `plan` and `step`
+//! - [`plot`]: numbers as drawings
 //! - [`wire`]: steps ⇄ bytes: lint, master and node, without a clock or a device
 //! - [`wire_io`]: serial ports, pseudo-terminals and simulated nodes
 //!
@@ -85,6 +86,7 @@ pub mod gcode;
 pub mod interp;
 pub mod path;
 pub mod plan;
+pub mod plot;
 pub mod step;
 pub mod tape;
 pub mod verify;
