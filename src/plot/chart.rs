@@ -1,0 +1,447 @@
+//! Curves over axes: points → an SVG document.
+//!
+//! The drawing is 800 by 500 whatever is in it. A curve is interrupted at a point that has no
+//! place (not finite, or not above 0 on a logarithmic axis) and clipped at the edge of the axes;
+//! of a curve with more points than the drawing has columns, the extremes of each column are kept,
+//! so that no peak is lost. Nothing is smoothed.
+
+use std::fmt::{self, Display, Formatter, Write as _};
+
+use crate::plot::ticks;
+
+/// The whole drawing.
+const SIZE: [f64; 2] = [800.0, 500.0];
+/// Left and right edge of the field of the curves.
+const FIELD_X: [f64; 2] = [76.0, 776.0];
+/// Its lower edge, and its upper one where there is no legend.
+const FIELD_Y: [f64; 2] = [440.0, 52.0];
+/// A line of the legend.
+const LEGEND_LINE: f64 = 20.0;
+/// Most marks of an axis.
+const MARKS_MOST: usize = 12;
+/// Colours that people with any vision of colours tell apart (Okabe and Ito), on light and on dark.
+const COLOURS: [[&str; 2]; 8] = [
+    ["#0072b2", "#56b4e9"],
+    ["#d55e00", "#ff8c42"],
+    ["#008060", "#2bc79b"],
+    ["#b0468c", "#e08ac4"],
+    ["#8a6d00", "#e6c229"],
+    ["#3b3f99", "#9aa0ff"],
+    ["#7a4b2a", "#c9966b"],
+    ["#555555", "#bbbbbb"],
+];
+/// Fewer points than this are marked by dots.
+const DOTS_BELOW: usize = 40;
+
+/// A drawing of curves over two axes; its [`Display`] is the SVG document.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// What is shown, in a line.
+    pub title: String,
+    /// The axis from left to right.
+    pub x: Scale,
+    /// The axis from below to above.
+    pub y: Scale,
+    /// What is drawn, in the order of the legend.
+    pub curves: Vec<Curve>,
+    /// Dashed lines across the field.
+    pub limits: Vec<Limit>,
+}
+
+/// An axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scale {
+    /// What it counts, with its unit last: `baud rate, bit/s`.
+    pub label: String,
+    /// Whether equal factors are equally far apart, not equal differences.
+    pub logarithmic: bool,
+    /// What it shows, at least; none: all that is drawn.
+    pub range: Option<[f64; 2]>,
+}
+
+/// Points joined by lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// What the legend calls it.
+    pub name: String,
+    /// Its points (x, y), in order.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// A dashed line at one value of an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// What stands beside it.
+    pub name: String,
+    /// Which axis the value belongs to.
+    pub along: Along,
+    /// Where it lies.
+    pub at: f64,
+}
+
+/// An axis of the drawing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// From left to right.
+    X,
+    /// From below to above.
+    Y,
+}
+
+impl Scale {
+    /// An axis of equal differences that shows all that is drawn.
+    pub fn linear(label: &str) -> Scale {
+        Scale { label: label.to_owned(), logarithmic: false, range: None }
+    }
+
+    /// An axis of equal factors that shows all that is drawn above 0.
+    pub fn logarithmic(label: &str) -> Scale {
+        Scale { label: label.to_owned(), logarithmic: true, range: None }
+    }
+
+    /// The same axis, over this range.
+    #[must_use]
+    pub fn over(self, range: [f64; 2]) -> Scale {
+        Scale { range: Some(range), ..self }
+    }
+
+    fn has(&self, value: f64) -> bool {
+        value.is_finite() && (!self.logarithmic || value > 0.0)
+    }
+
+    /// Lays the axis out between two edges of the field.
+    fn laid(&self, values: impl Iterator<Item = f64>, edges: [f64; 2]) -> Laid {
+        let [low, high] = self.range.unwrap_or_else(|| {
+            let all = values.filter(|value| self.has(*value));
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+                [low.min(value), high.max(value)]
+            })
+        });
+        let range = match (low < high, low == high) {
+            (true, _) => [low, high],
+            // A single value, or none: some room around it.
+            (_, true) if self.logarithmic => [low / 2.0, high * 2.0],
+            (_, true) => [low - low.abs().max(1.0) / 2.0, high + high.abs().max(1.0) / 2.0],
+            _ => [if self.logarithmic { 0.1 } else { 0.0 }, 1.0],
+        };
+        let marks = match self.logarithmic {
+            true => ticks::logarithmic(range, MARKS_MOST),
+            false => ticks::linear(range, MARKS_MOST),
+        };
+        Laid { logarithmic: self.logarithmic, marks, edges }
+    }
+}
+
+/// An axis with its marks, between two edges of the field.
+struct Laid {
+    logarithmic: bool,
+    marks: Vec<f64>,
+    edges: [f64; 2],
+}
+
+impl Laid {
+    /// Where a value lies in the drawing.
+    fn place(&self, value: f64) -> f64 {
+        let scaled = |value: f64| if self.logarithmic { value.log10() } else { value };
+        let (first, last) = (self.marks[0], self.marks[self.marks.len() - 1]);
+        let share = (scaled(value) - scaled(first)) / (scaled(last) - scaled(first));
+        self.edges[0] + share * (self.edges[1] - self.edges[0])
+    }
+}
+
+impl Display for Chart {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        let legend = self.legend();
+        let lines = legend.last().map_or(0.0, |[_, line]| line + 1.0);
+        let limits = |along| {
+            self.limits.iter().filter(move |limit| limit.along == along).map(|limit| limit.at)
+        };
+        let points = || self.curves.iter().flat_map(|curve| &curve.points);
+        let top = FIELD_Y[1] + lines * LEGEND_LINE;
+        let x = self.x.laid(points().map(|point| point[0]).chain(limits(Along::X)), FIELD_X);
+        let y = points().map(|point| point[1]).chain(limits(Along::Y));
+        let y = self.y.laid(y, [FIELD_Y[0], top]);
+        self.head(out)?;
+        self.grid(out, &x, &y)?;
+        for ((at, curve), [left, line]) in self.curves.iter().enumerate().zip(&legend) {
+            let (left, middle) = (FIELD_X[0] + left, FIELD_Y[1] - 6.0 + line * LEGEND_LINE);
+            let name = Escaped(&curve.name);
+            writeln!(
+                out,
+                "<path class=\"curve c{}\" d=\"M{left:.1} {middle:.1}h22\"/><text x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
+                at % COLOURS.len(),
+                left + 28.0,
+                middle + 4.0,
+            )?;
+        }
+        // An inner drawing clips at its edge without a name that another drawing could have too.
+        let (width, height) = (FIELD_X[1] - FIELD_X[0], FIELD_Y[0] - top);
+        writeln!(
+            out,
+            "<svg x=\"{0}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" viewBox=\"{0} {top} {width} {height}\">",
+            FIELD_X[0],
+        )?;
+        for (at, curve) in self.curves.iter().enumerate() {
+            self.curve(out, at % COLOURS.len(), curve, (&x, &y))?;
+        }
+        writeln!(out, "</svg>")?;
+        self.dashes(out, (&x, &y))?;
+        writeln!(out, "</svg>")
+    }
+}
+
+impl Chart {
+    /// Where each curve's name stands: from the left, and in which line. Letters are about 7 wide.
+    fn legend(&self) -> Vec<[f64; 2]> {
+        if self.curves.iter().all(|curve| curve.name.is_empty()) {
+            return Vec::new();
+        }
+        let (mut left, mut line) = (0.0, 0.0);
+        let mut places = Vec::new();
+        for curve in &self.curves {
+            let width = 52.0 + 7.0 * curve.name.chars().count() as f64;
+            if left > 0.0 && left + width > FIELD_X[1] - FIELD_X[0] {
+                (left, line) = (0.0, line + 1.0);
+            }
+            places.push([left, line]);
+            left += width;
+        }
+        places
+    }
+
+    fn head(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        let [width, height] = SIZE;
+        let title = Escaped(&self.title);
+        writeln!(
+            out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
+             <title>{title}</title>\n\
+             <style>\n\
+             .chart {{ font: 12px system-ui, \"DejaVu Sans\", sans-serif }}\n\
+             .chart .paper {{ fill: #fff }}\n\
+             .chart text {{ fill: #1b1f24 }}\n\
+             .chart .title {{ font-size: 15px; font-weight: 600 }}\n\
+             .chart .middle {{ text-anchor: middle }}\n\
+             .chart .end {{ text-anchor: end }}\n\
+             .chart .grid {{ stroke: #e1e5ea; fill: none }}\n\
+             .chart .frame {{ stroke: #6b7480; fill: none }}\n\
+             .chart .curve {{ fill: none; stroke-width: 2; stroke-linejoin: round }}\n\
+             .chart .limit {{ stroke: #6b7480; stroke-dasharray: 6 4; fill: none }}\n\
+             .chart .beside {{ text-anchor: end; paint-order: stroke; stroke: #fff; stroke-width: 4 }}",
+        )?;
+        for (at, [light, _]) in COLOURS.iter().enumerate() {
+            writeln!(out, ".chart .c{at} {{ stroke: {light} }} .chart .d{at} {{ fill: {light} }}")?;
+        }
+        writeln!(
+            out,
+            "@media (prefers-color-scheme: dark) {{\n\
+             .chart .paper {{ fill: #14181d }}\n\
+             .chart text {{ fill: #e2e7ed }}\n\
+             .chart .beside {{ stroke: #14181d }}\n\
+             .chart .grid {{ stroke: #2b323a }}\n\
+             .chart .frame, .chart .limit {{ stroke: #98a2ae }}",
+        )?;
+        for (at, [_, dark]) in COLOURS.iter().enumerate() {
+            writeln!(out, ".chart .c{at} {{ stroke: {dark} }} .chart .d{at} {{ fill: {dark} }}")?;
+        }
+        writeln!(
+            out,
+            "}}\n</style>\n\
+             <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n\
+             <text class=\"title\" x=\"{}\" y=\"26\">{title}</text>",
+            FIELD_X[0],
+        )
+    }
+
+    /// The field, its marks and the names of the axes.
+    fn grid(&self, out: &mut Formatter<'_>, x: &Laid, y: &Laid) -> fmt::Result {
+        let ([left, right], [bottom, top]) = (x.edges, y.edges);
+        let mut lines = String::new();
+        for mark in &x.marks {
+            write!(lines, "M{:.1} {top}V{bottom}", x.place(*mark))?;
+        }
+        for mark in &y.marks {
+            write!(lines, "M{left} {:.1}H{right}", y.place(*mark))?;
+        }
+        writeln!(out, "<path class=\"grid\" d=\"{lines}\"/>")?;
+        writeln!(out, "<path class=\"frame\" d=\"M{left} {top}V{bottom}H{right}\"/>")?;
+        for mark in &x.marks {
+            let (at, label) = (x.place(*mark), ticks::label(*mark));
+            let below = bottom + 18.0;
+            writeln!(out, "<text class=\"middle\" x=\"{at:.1}\" y=\"{below}\">{label}</text>")?;
+        }
+        for mark in &y.marks {
+            let (at, label) = (y.place(*mark) + 4.0, ticks::label(*mark));
+            let before = left - 8.0;
+            writeln!(out, "<text class=\"end\" x=\"{before}\" y=\"{at:.1}\">{label}</text>")?;
+        }
+        let (middle, below) = (f64::midpoint(left, right), bottom + 42.0);
+        let name = Escaped(&self.x.label);
+        writeln!(out, "<text class=\"middle\" x=\"{middle}\" y=\"{below}\">{name}</text>")?;
+        let (middle, name) = (f64::midpoint(bottom, top), Escaped(&self.y.label));
+        writeln!(
+            out,
+            "<text class=\"middle\" transform=\"translate(18 {middle}) rotate(-90)\">{name}</text>",
+        )
+    }
+
+    fn curve(
+        &self,
+        out: &mut Formatter<'_>,
+        colour: usize,
+        curve: &Curve,
+        (x, y): (&Laid, &Laid),
+    ) -> fmt::Result {
+        let has_place = |point: &[f64; 2]| self.x.has(point[0]) && self.y.has(point[1]);
+        let mut lines = String::new();
+        for run in curve.points.split(|point| !has_place(point)) {
+            let places: Vec<[f64; 2]> =
+                run.iter().map(|point| [x.place(point[0]), y.place(point[1])]).collect();
+            for (at, [x, y]) in thinned(&places).into_iter().enumerate() {
+                let joint = if at == 0 { 'M' } else { 'L' };
+                write!(lines, "{joint}{x:.1} {y:.1}")?;
+            }
+        }
+        writeln!(out, "<path class=\"curve c{colour}\" d=\"{lines}\"/>")?;
+        if curve.points.len() < DOTS_BELOW {
+            for point in curve.points.iter().filter(|point| has_place(point)) {
+                let (x, y) = (x.place(point[0]), y.place(point[1]));
+                writeln!(out, "<circle class=\"d{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\"/>")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The limits that lie within the field, and their names.
+    fn dashes(&self, out: &mut Formatter<'_>, (x, y): (&Laid, &Laid)) -> fmt::Result {
+        for limit in &self.limits {
+            let (scale, laid) = match limit.along {
+                Along::X => (&self.x, x),
+                Along::Y => (&self.y, y),
+            };
+            let (first, last) = (laid.marks[0], laid.marks[laid.marks.len() - 1]);
+            if !scale.has(limit.at) || !(first..=last).contains(&limit.at) {
+                continue;
+            }
+            let (at, name) = (laid.place(limit.at), Escaped(&limit.name));
+            let ([left, right], [bottom, top]) = (x.edges, y.edges);
+            let (line, beside) = match limit.along {
+                Along::X => (format!("M{at:.1} {bottom}V{top}"), [at - 5.0, top + 14.0]),
+                Along::Y => (format!("M{left} {at:.1}H{right}"), [right - 6.0, at - 5.0]),
+            };
+            writeln!(
+                out,
+                "<path class=\"limit\" d=\"{line}\"/><text class=\"beside\" x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
+                beside[0], beside[1],
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// The places of a curve that runs from left to right, at most four for each half column: where it
+/// enters, its least, its greatest and where it leaves. Others are kept as they are.
+fn thinned(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let columns = 2.0 * (FIELD_X[1] - FIELD_X[0]);
+    let runs_right = places.windows(2).all(|pair| pair[0][0] <= pair[1][0]);
+    if !runs_right || (places.len() as f64) < 4.0 * columns {
+        return places.to_vec();
+    }
+    let mut kept = Vec::new();
+    for column in places.chunk_by(|a, b| (2.0 * a[0]).floor() == (2.0 * b[0]).floor()) {
+        let height = |at: &usize| column[*at][1];
+        let of = |best: Option<usize>| best.unwrap_or(0);
+        let low = of((0..column.len()).min_by(|a, b| height(a).total_cmp(&height(b))));
+        let high = of((0..column.len()).max_by(|a, b| height(a).total_cmp(&height(b))));
+        let mut chosen = [0, low.min(high), low.max(high), column.len() - 1].to_vec();
+        chosen.dedup();
+        kept.extend(chosen.into_iter().map(|at| column[at]));
+    }
+    kept
+}
+
+/// Text as SVG takes it.
+struct Escaped<'a>(&'a str);
+
+impl Display for Escaped<'_> {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        for letter in self.0.chars() {
+            match letter {
+                '&' => out.write_str("&amp;")?,
+                '<' => out.write_str("&lt;")?,
+                '>' => out.write_str("&gt;")?,
+                // XML has no place for control characters, not even escaped.
+                _ if letter.is_control() => out.write_char(' ')?,
+                _ => out.write_char(letter)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(points: Vec<[f64; 2]>) -> Chart {
+        Chart {
+            title: "Fill < 1 s & \"quick\"".to_owned(),
+            x: Scale::logarithmic("baud rate, bit/s"),
+            y: Scale::linear("time, s"),
+            curves: vec![Curve { name: "1 node".to_owned(), points }],
+            limits: vec![Limit { name: "tick".to_owned(), along: Along::Y, at: 0.5 }],
+        }
+    }
+
+    fn curve_of(text: &str) -> &str {
+        let inner = text.split("viewBox").nth(2).unwrap();
+        inner.split(" d=\"").nth(1).unwrap().split('"').next().unwrap()
+    }
+
+    #[test]
+    fn a_chart_is_a_document_with_its_text_as_text() {
+        let text = chart(vec![[9600.0, 1.5], [19_200.0, 0.75], [38_400.0, 0.375]]).to_string();
+        for part in [
+            "viewBox=\"0 0 800 500\"",
+            "<title>Fill &lt; 1 s &amp; \"quick\"</title>",
+            ">1 node</text>",
+            ">10000</text>",
+            ">baud rate, bit/s</text>",
+            ">tick</text>",
+            "prefers-color-scheme: dark",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        assert_eq!(text.matches("<circle").count(), 3);
+        assert_eq!(text.matches("<svg").count(), text.matches("</svg>").count());
+        assert!(!text.contains(" id="), "names of two drawings on a page would collide");
+        assert_eq!(
+            text,
+            chart(vec![[9600.0, 1.5], [19_200.0, 0.75], [38_400.0, 0.375]]).to_string()
+        );
+    }
+
+    #[test]
+    fn points_without_a_place_interrupt_the_curve() {
+        let text = chart(vec![[1.0, 0.0], [0.0, 1.0], [10.0, f64::NAN], [10.0, 0.2], [100.0, 1.0]]);
+        let text = text.to_string();
+        assert_eq!(curve_of(&text), "M76.0 440.0M426.0 366.4L776.0 72.0");
+        for empty in [Vec::new(), vec![[5.0, 5.0]], vec![[f64::NAN, 0.0]]] {
+            let text = chart(empty).to_string();
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_long_curve_keeps_its_peaks() {
+        let mut points: Vec<[f64; 2]> = (1..=100_000).map(|at| [f64::from(at), 0.0]).collect();
+        points[54_321][1] = 1.0;
+        let places: Vec<[f64; 2]> =
+            points.iter().map(|[x, y]| [76.0 + x * 700.0 / 1e5, 440.0 - 300.0 * y]).collect();
+        let kept = thinned(&places);
+        assert!(kept.len() < 6000, "{}", kept.len());
+        assert_eq!(kept.first(), places.first());
+        assert_eq!(kept.last(), places.last());
+        assert!(kept.contains(&places[54_321]));
+    }
+}
