@@ -79,6 +79,8 @@ pub enum EventKind {
         /// How long at most.
         seconds: f64,
     },
+    /// The block of this line comes next, if the operator lets it: in no program and no dump.
+    NextBlock,
 }
 
 /// Words of an event: upper-case letters and their numbers, in the order of the program.
@@ -111,7 +113,7 @@ impl EventWords {
 impl EventKind {
     /// Whether it lasts until somebody has done something at the machine.
     pub fn waits_for_person(self) -> bool {
-        matches!(self, EventKind::M { code: 0 | 1 | 6 | 60, .. })
+        matches!(self, EventKind::M { code: 0 | 1 | 6 | 60, .. } | EventKind::NextBlock)
     }
 }
 
@@ -137,6 +139,7 @@ impl fmt::Display for EventKind {
                 rpm_max.map_or(Ok(()), |rpm| write!(f, " D{rpm}"))
             }
             EventKind::T(tool) => write!(f, "T{tool}"),
+            EventKind::NextBlock => write!(f, "the next block"),
             EventKind::Dwell(seconds) => write!(f, "G4 P{seconds}"),
             EventKind::WaitInput { number, analog, kind, seconds } => {
                 let letter = if analog { 'E' } else { 'P' };

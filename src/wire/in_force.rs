@@ -43,6 +43,7 @@ impl InForce {
             EventKind::M { code: 0 | 1 | 2 | 30 | 48 | 49 | 60, .. }
             | EventKind::T(_)
             | EventKind::Dwell(_)
+            | EventKind::NextBlock
             | EventKind::WaitInput { .. } => {}
             EventKind::M { .. } | EventKind::Function { .. } => self.others.push(event.clone()),
         }

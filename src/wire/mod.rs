@@ -4,6 +4,7 @@
 //! command, [`Master`] sends a job, [`Firmware`] is the other end: [`Node`] with a buffer, or one that
 //! takes a frame a tick ([`frames`]); [`Faults`] what may go wrong between. Time is an argument, in microseconds. What drives them stands in `wire_io`.
 
+mod blocks;
 pub mod codec;
 mod direct;
 mod error;
@@ -26,6 +27,7 @@ mod report;
 mod seal;
 mod splice;
 
+pub use blocks::single_blocks;
 pub use direct::{Audit, Direct, DirectError, Home, HomeRun, RawJog, homing, raw_jog};
 pub use error::JobError;
 pub use firmware::Firmware;

@@ -46,7 +46,7 @@ pub enum Trigger {
 }
 
 impl Trigger {
-    /// What an event triggers; a dwell is time and nobody's work.
+    /// What an event triggers; a dwell is time and nobody's work, and so is a question.
     pub fn of(event: EventKind) -> Option<Trigger> {
         match event {
             EventKind::M { code, .. } | EventKind::Function { code, .. } => Some(Trigger::M(code)),
@@ -54,7 +54,7 @@ impl Trigger {
             EventKind::S(_) => Some(Trigger::S),
             EventKind::T(_) => Some(Trigger::T),
             EventKind::SurfaceSpeed { .. } => Some(Trigger::SurfaceSpeed),
-            EventKind::Dwell(_) => None,
+            EventKind::Dwell(_) | EventKind::NextBlock => None,
         }
     }
 }

@@ -107,7 +107,7 @@ pub struct Sample {
 }
 
 /// The functions of an event, in the order in which the PLC is given them: a spindle speed before what
-/// switches the spindle on, a tool before what puts it in. None for a dwell.
+/// switches the spindle on, a tool before what puts it in. None for what takes time only.
 ///
 /// # Errors
 /// In words, for what codes cannot say.
@@ -132,7 +132,7 @@ pub fn functions(event: EventKind) -> Result<Vec<Function>, String> {
         }
         EventKind::S(rpm) => vec![whole(rpm)?],
         EventKind::T(number) => vec![tool(number)?],
-        EventKind::Dwell(_) => Vec::new(),
+        EventKind::Dwell(_) | EventKind::NextBlock => Vec::new(),
         EventKind::Function { .. }
         | EventKind::SurfaceSpeed { .. }
         | EventKind::WaitInput { .. } => {

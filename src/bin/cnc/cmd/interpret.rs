@@ -424,6 +424,8 @@ fn json_event(text: &mut Vec<u8>, event: &Event) {
             field(text, "l", kind.into());
             field(text, "q", seconds);
         }
+        // A question of `send`, which no program asks.
+        EventKind::NextBlock => {}
         EventKind::T(tool) => {
             text.extend_from_slice(b",\"code\":\"T\"");
             field(text, "t", tool.into());

@@ -17,7 +17,7 @@ use super::send::{self, resume};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input::{self, Start};
-use crate::program::{MotionArgs, Program};
+use crate::program::{FeedMode, MotionArgs, Program};
 use crate::protocol::ProtocolArgs;
 
 /// Hazards that are told one by one.
@@ -39,6 +39,9 @@ pub struct Args {
     /// Instead of a file: the blocks of send -e
     #[arg(short, long, value_name = "BLOCK", conflicts_with = "file")]
     execute: Vec<String>,
+    /// The job was sent with --single-block
+    #[arg(long, conflicts_with = "feed")]
+    single_block: bool,
     #[command(flatten)]
     protocol: ProtocolArgs,
     #[command(flatten)]
@@ -115,6 +118,9 @@ fn whole(
 ) -> Result<Result<Option<Job>, Exit>, Failure> {
     let source = args.file.as_deref().map(input::source).transpose()?;
     let mut motion = args.motion.clone();
+    if args.single_block {
+        motion.feed = FeedMode::ExactStop;
+    }
     let start_steps = header.whole_start();
     // The work zero may lie between two steps, and a job starts there exactly.
     if motion.start.is_none() && start_steps != machine.nearest_steps(&machine.work_zero_mm) {
@@ -122,7 +128,7 @@ fn whole(
     }
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
-            return Ok(Ok(Some(send::dump(&source, machine)?.0)));
+            return Ok(Ok(Some(send::dump(&source, machine, args.single_block)?.0)));
         }
         (Some(file), Some(source)) => {
             Program::check(file, source, machine.clone(), &motion, global)?
@@ -136,7 +142,8 @@ fn whole(
     };
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
-    let job = send::gather(program.commands(&summary)?, start_steps, machine)?;
+    let commands = program.commands(&summary)?;
+    let job = send::gather_blocks(commands, start_steps, machine, args.single_block)?;
     Ok(Ok(Some(job.or_bad_input()?)))
 }
 

@@ -43,7 +43,7 @@ use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
 use crate::output::WholeFile;
 use crate::port::{Port, PortArgs};
-use crate::program::{Encoder, MotionArgs, Program};
+use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::progress::Bar;
 use crate::protocol::{NO_MAX, ProtocolArgs};
 
@@ -74,6 +74,9 @@ pub struct Args {
     /// Go over M0, M1, M6 and M60 without waiting
     #[arg(long)]
     ignore_stops: bool,
+    /// Stop before each block, show it and ask; every block ends at rest
+    #[arg(long, conflicts_with = "feed")]
+    single_block: bool,
     /// Run the profile's hooks on simulated nodes (sim:) too; on a port they always run
     #[arg(long)]
     hooks: bool,
@@ -100,7 +103,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     check_speed(args, &port, &machine)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
-            let (job, origin) = dump(&source, &machine)?;
+            let (job, origin) = dump(&source, &machine, args.single_block)?;
             let work = Work { record: book::record(&origin), program: None };
             return run_job(args, global, &port, &machine, job, work);
         }
@@ -120,7 +123,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
-    let job = gather(program.commands(&summary)?, start_steps, machine)?.or_bad_input()?;
+    let commands = program.commands(&summary)?;
+    let job = gather_blocks(commands, start_steps, machine, args.single_block)?.or_bad_input()?;
     let origin = program.header(Encoder::Exact, Encoding::Counts);
     let command = if args.file.is_some() { "send" } else { "typed" };
     let record = JobRecord { command: command.to_owned(), ..book::record(&origin) };
@@ -136,6 +140,9 @@ fn motion(
     global: &Global,
 ) -> Result<MotionArgs, Failure> {
     let mut motion = args.motion.clone();
+    if args.single_block {
+        motion.feed = FeedMode::ExactStop;
+    }
     if motion.start.is_none() {
         motion.start = match &args.resume {
             Some(journal) => resume::start(journal)?,
@@ -215,7 +222,7 @@ pub fn run_job(
         say!("nothing was sent");
         return Ok(Exit::Interrupted);
     }
-    if let Some(program) = work.program.filter(|_| !global.quiet) {
+    if let Some(program) = work.program.filter(|_| !global.quiet || args.single_block) {
         operator.list(program.source.clone())?;
     }
     if direct::of_job(&job).any(|direct| matches!(direct, Direct::Jog(_))) {
@@ -304,14 +311,31 @@ pub fn gather<E>(
     start_steps: AxisMap<i64>,
     machine: &Machine,
 ) -> Result<Result<Job, JobError>, E> {
+    gather_blocks(commands, start_steps, machine, false)
+}
+
+/// The same, with a question before each block if that is wanted.
+pub fn gather_blocks<E>(
+    commands: impl Iterator<Item = Result<Command, E>>,
+    start_steps: AxisMap<i64>,
+    machine: &Machine,
+    single_block: bool,
+) -> Result<Result<Job, JobError>, E> {
     let mut failed = None;
     let good = commands.map_while(|command| command.map_err(|error| failed = Some(error)).ok());
-    let job = Job::new(good, start_steps, machine);
+    let job = match single_block {
+        true => Job::new(wire::single_blocks(good), start_steps, machine),
+        false => Job::new(good, start_steps, machine),
+    };
     failed.map_or(Ok(job), Err)
 }
 
 /// The job of a dump. Its seal stands at its end, and is checked before anything else is.
-pub fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure> {
+pub fn dump(
+    source: &Source,
+    machine: &Machine,
+    single_block: bool,
+) -> Result<(Job, Header), Failure> {
     let open = || tape::Reader::open(source.clone()).or_bad_input();
     let mut reader = open()?;
     let header = reader.header().clone();
@@ -340,7 +364,8 @@ pub fn dump(source: &Source, machine: &Machine) -> Result<(Job, Header), Failure
     }
     let start_steps = header.start_steps;
     reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
-    let job = gather(open()?, start_steps, machine).or_bad_input()?.or_bad_input()?;
+    let job = gather_blocks(open()?, start_steps, machine, single_block);
+    let job = job.or_bad_input()?.or_bad_input()?;
     Ok((job, header))
 }
 

@@ -34,6 +34,8 @@ pub struct Terminal {
     tools: Tools,
     /// A command or a PLC changes tools, and nobody has to be asked.
     changes_tools: bool,
+    /// No block is asked for any more.
+    runs_on: bool,
     /// One of them asked for a hold that has not come about yet.
     holding: bool,
     /// A line or the end of standard input is an interrupt too.
@@ -56,6 +58,7 @@ impl Terminal {
             plc: None,
             tools: Tools::default(),
             changes_tools: false,
+            runs_on: false,
             holding: false,
             stops_on_input: false,
             live: None,
@@ -93,6 +96,12 @@ impl Terminal {
 
     /// Refuses a job that would wait for a person who is not there.
     pub fn check_stops(&self, job: &Job) -> anyhow::Result<()> {
+        let mut events = job.events();
+        if !self.can_ask && events.any(|event| event.kind == EventKind::NextBlock) {
+            return Err(anyhow!(
+                "--single-block asks before each block, and there is nobody to ask"
+            ));
+        }
         let stop = job.events().find(|event| self.needs_person(event));
         match stop {
             Some(stop) if !self.ignore_stops && !self.can_ask => Err(anyhow!(
@@ -202,6 +211,26 @@ impl Terminal {
         }
     }
 
+    /// Shows a block that comes next, and asks whether to run it. What was typed before is no answer.
+    fn next_block(&mut self, line: u32) -> bool {
+        if self.runs_on {
+            return true;
+        }
+        if self.interrupts.by_system().is_some() {
+            return false;
+        }
+        let _ = rustix::termios::tcflush(stdin(), rustix::termios::QueueSelector::IFlush);
+        let text = self.listing.as_ref().map_or(String::new(), |listing| listing.line(line));
+        let answer = self.bar.suspend(|| {
+            say!("next      line {line}: {text}");
+            say!("[Enter: run it, a: run all that is left, s: stop here]");
+            self.line()
+        });
+        let answer = answer.map(|line| line.trim().to_lowercase());
+        self.runs_on = answer.as_deref() == Some("a");
+        matches!(answer.as_deref(), Some("" | "y" | "a"))
+    }
+
     /// Asks whether a job that is held goes on. What was typed before is no answer; no answer, or a
     /// wish of the system to end, is no.
     fn goes_on(&self) -> bool {
@@ -252,6 +281,7 @@ impl Operator for Terminal {
             live.event(event);
         }
         match event {
+            MasterEvent::Pause(event) if event.kind == EventKind::NextBlock => {}
             MasterEvent::Event(event) | MasterEvent::Pause(event) | MasterEvent::Dwell(event) => {
                 self.say(&format!("line {}: {}", event.line, event.kind));
             }
@@ -281,6 +311,9 @@ impl Operator for Terminal {
     }
 
     fn pause(&mut self, event: &Event) -> bool {
+        if event.kind == EventKind::NextBlock {
+            return self.next_block(event.line);
+        }
         self.ignore_stops || !self.needs_person(event) || self.confirmed(&self.task(event))
     }
 

@@ -367,7 +367,7 @@ fn unit(axis: Axis) -> &'static str {
 }
 
 fn is_told(event: &Event) -> bool {
-    !matches!(event.kind, EventKind::Dwell(_))
+    !matches!(event.kind, EventKind::Dwell(_) | EventKind::NextBlock)
 }
 
 fn told(call: &Call) -> String {
