@@ -203,9 +203,12 @@ const PROGRAM: &str = "G21 G90 F600\nM6 T2\nM3 S1000\nG1 X5 Y3\nM8\nG1 X0 Y0 M0\
 fn a_program_is_sent_with_a_plc() {
     let bench = Bench::new(PROGRAM, "starmill");
     let sim = ["send", "sim:", "part.nc", "--ignore-stops", "--plc", "sim:"];
-    let signals = [&sim[..], &["--signals", "signals.csv"]].concat();
+    let signals = [&sim[..], &["--signals", "signals.csv", "--svg", "signals.svg"]].concat();
     bench.cnc(&signals, 0, "and that is the program's path");
     let rows = fs::read_to_string(bench.path("signals.csv")).unwrap();
+    let drawing = fs::read_to_string(bench.path("signals.svg")).unwrap();
+    assert_eq!(drawing.matches(">TMF<").count(), 7);
+    assert_eq!(drawing.matches(">TFIN<").count(), 7);
     let codes: Vec<&str> = rows
         .lines()
         .filter(|row| row.split(',').nth(3) == Some("1"))

@@ -361,7 +361,7 @@ fn thinned(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// Text as SVG takes it.
-struct Escaped<'a>(&'a str);
+pub(super) struct Escaped<'a>(pub &'a str);
 
 impl Display for Escaped<'_> {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {

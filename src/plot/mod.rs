@@ -5,5 +5,7 @@
 
 mod chart;
 mod ticks;
+mod timing;
 
 pub use self::chart::{Along, Chart, Curve, Limit, Scale};
+pub use self::timing::{Level, Panel, Span, Timing, Track};

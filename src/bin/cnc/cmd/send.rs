@@ -9,6 +9,7 @@ mod plc;
 mod result;
 pub mod resume;
 pub mod sim;
+mod timing;
 mod tracing;
 
 use std::cell::RefCell;
@@ -31,7 +32,7 @@ use cnc::wire_io::{self, Link, Paced, Sim, Speed, Traced, drive};
 
 use self::book::Book;
 use self::operator::Terminal;
-use self::plc::PlcArgs;
+use self::plc::{PlcArgs, SignalFiles};
 use self::result::{Report, Simulated};
 use self::resume::Resume;
 use self::sim::Simulation;
@@ -41,7 +42,6 @@ use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
-use crate::output::WholeFile;
 use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::progress::Bar;
@@ -168,7 +168,7 @@ struct Notes<'a> {
     /// Begins with the job.
     tracing: Option<Tracing>,
     book: Option<Book<'a>>,
-    signals: Option<WholeFile>,
+    signals: Option<SignalFiles>,
 }
 
 /// A job that `jog` or `home` made.
@@ -234,8 +234,8 @@ pub fn run_job(
     let tracing = Tracing::create(args, faults.is_some(), work.record.resumed.clone())?;
     let journal = journal.as_mut().map(|opened| &mut opened.journal);
     let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
+    let signals = Some(SignalFiles::create(&args.plc, &record.program.name)?);
     let book = journal.map(|journal| Book::new(journal, record));
-    let signals = args.plc.signals.as_deref().map(WholeFile::create).transpose()?;
     let mut notes = Notes { tracing, book, signals };
     let outcome = match faults {
         Some(faults) => simulate(&report, job, operator, faults, work.program, &mut notes),
@@ -480,9 +480,8 @@ fn stream(
     };
     operator.bar.end();
     let plc = operator.end_plc();
-    if let (Some(plc), Some(file)) = (plc, notes.signals.take()) {
-        let written = file.write(|out| Ok(plc::write_signals(out, plc.samples())?));
-        written.map_err(|failure| failure.error)?;
+    if let (Some(plc), Some(files)) = (plc, notes.signals.take()) {
+        files.write(plc.samples()).map_err(|failure| failure.error)?;
     }
     let now_us = link.now_us();
     if let Some(trace) = link.into_trace() {

@@ -9,7 +9,9 @@ use cnc::systems::plc::{Plc, Sample};
 use cnc::wire::Job;
 use cnc::wire_io::{PlcRunner, Serial};
 
+use super::timing;
 use crate::exit::{ExitWith, Failure};
+use crate::output::WholeFile;
 
 /// How long the PLC within this program takes over a function.
 const ACTS_US: u64 = 100_000;
@@ -24,6 +26,9 @@ pub struct PlcArgs {
     /// Write the signals of the handshake with their times, as CSV
     #[arg(long, value_name = "FILE", requires = "plc")]
     pub signals: Option<PathBuf>,
+    /// Draw them, function by function, as SVG
+    #[arg(long, value_name = "FILE", requires = "plc")]
+    pub svg: Option<PathBuf>,
 }
 
 impl PlcArgs {
@@ -61,8 +66,40 @@ impl PlcArgs {
     }
 }
 
+/// Files that what was on the wires is written to when the job is over.
+pub struct SignalFiles {
+    csv: Option<WholeFile>,
+    svg: Option<WholeFile>,
+    /// Name of the program.
+    job: String,
+}
+
+impl SignalFiles {
+    /// Makes sure that they can be written.
+    pub fn create(args: &PlcArgs, job: &str) -> Result<SignalFiles, Failure> {
+        let create = |path: &Option<PathBuf>| path.as_deref().map(WholeFile::create).transpose();
+        Ok(SignalFiles {
+            csv: create(&args.signals)?,
+            svg: create(&args.svg)?,
+            job: job.to_owned(),
+        })
+    }
+
+    /// Writes those that are wanted.
+    pub fn write(self, samples: &[Sample]) -> Result<(), Failure> {
+        if let Some(file) = self.csv {
+            file.write(|out| Ok(write_signals(out, samples)?))?;
+        }
+        if let Some(file) = self.svg {
+            let drawing = timing::drawing(samples, &self.job);
+            file.write(|out| Ok(write!(out, "{drawing}")?))?;
+        }
+        Ok(())
+    }
+}
+
 /// A row each time that a signal has changed.
-pub fn write_signals(out: &mut impl Write, samples: &[Sample]) -> io::Result<()> {
+fn write_signals(out: &mut impl Write, samples: &[Sample]) -> io::Result<()> {
     writeln!(out, "t_us,line,code,strobe,den,fin,motion")?;
     for sample in samples {
         let Sample { at_us, line, nc, fin, moves } = sample;
