@@ -151,7 +151,6 @@ fn a_hold_is_a_frame_that_does_not_come() {
     }
 }
 
-/// The stop comes where the axes are slow: here at the end of the ramp of the first stretch.
 #[test]
 fn what_cannot_be_carried_is_refused_with_its_figure() {
     let check = |baud: u32, tick_us: u32, least: u64| {
@@ -210,6 +209,17 @@ fn a_program_is_sent_in_frames() {
     bench.cnc(&max, 2, "the host's frame rate is the clock");
     let resume = ["send", "sim:", "part.nc", "--protocol", "frame", "--resume", "trace"];
     bench.cnc(&resume, 2, "acknowledge nothing");
+}
+
+/// What was planned is executed, and is the program's path.
+#[test]
+fn samples_go_through_in_frames() {
+    let bench = Bench::new("", "starmill");
+    for name in ["circle-and-rectangle", "corners", "cycles", "nurbs", "o001", "several-buffers"] {
+        let file = format!("{}/samples/good/{name}.nc", env!("CARGO_MANIFEST_DIR"));
+        let send = ["send", "sim:", &file, "--protocol", "frame", "--ignore-stops"];
+        bench.cnc(&send, 0, "and that is the program's path");
+    }
 }
 
 #[test]

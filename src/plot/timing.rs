@@ -23,7 +23,7 @@ const LEVEL: f64 = 18.0;
 /// Longest time without a change that is drawn to scale.
 const STILL_MS: f64 = 300.0;
 /// Times are told when they are so far apart.
-const LABEL: f64 = 46.0;
+const LABEL: f64 = 36.0;
 
 /// A drawing; its [`Display`] is the SVG document.
 #[derive(Clone, Debug, PartialEq)]

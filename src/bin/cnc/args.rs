@@ -72,7 +72,7 @@ pub enum Command {
     Interpret(cmd::interpret::Args),
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
-    Send(cmd::send::Args),
+    Send(Box<cmd::send::Args>),
     Replay(cmd::replay::Args),
     Jog(cmd::jog::Args),
     Home(cmd::home::Args),

@@ -46,7 +46,7 @@ pub enum Mode {
 /// A count as the two bytes of a place; none when it is beyond [`FRAME_COUNT_MAX`].
 pub fn encode(count: i32) -> Option<[u8; 2]> {
     (count.unsigned_abs() <= FRAME_COUNT_MAX)
-        .then(|| [(count >> 7 & 0x7f) as u8, (count & 0x7f) as u8])
+        .then_some([(count >> 7 & 0x7f) as u8, (count & 0x7f) as u8])
 }
 
 /// The count of a place's two bytes.

@@ -155,7 +155,8 @@ impl Master {
             Some(hold_us) if now_us < hold_us => return None,
             Some(_) => {
                 let line = buffer.lines.get(sent).copied().unwrap_or(0);
-                self.hold_here(line, true);
+                // Between frames nodes take no byte for a tick.
+                self.hold_here(line, self.frames.is_none());
                 return None;
             }
             None if self.holds_before(run, buffer) => {
