@@ -7,7 +7,7 @@ use cnc::base::machine::Protocol;
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::wire::frames::{self, Mode};
 use cnc::wire::{
-    Buffer, End, Ending, FaultKind, Faults, Job, JobError, Master, MasterEvent, Nodes, Position,
+    Buffer, End, Ending, Fault, FaultKind, Faults, Job, JobError, Master, MasterEvent, Nodes, Position,
     Timing, lint,
 };
 use cnc::wire_io::{Operator, Sim, drive};
@@ -177,6 +177,20 @@ fn what_cannot_be_carried_is_refused_with_its_figure() {
     let start = machine.nearest_steps(&machine.work_zero_mm);
     let job = Job::new(commands(), start, &machine).unwrap();
     assert!(matches!(lint(&job, &machine), Err(JobError::TickTooShort { least_us: 11_001, .. })));
+}
+
+/// Nobody on this line speaks: who does is on another one, where a frame may be a command.
+#[test]
+fn a_byte_that_comes_back_stops_the_job() {
+    let machine = machine();
+    let mut master = Master::new(job(&machine), &machine, Timing::new(&machine.bus, 1.0));
+    assert!(master.poll_transmit(0).is_some());
+    master.handle_bytes(1000, &[122]);
+    let Some(MasterEvent::Ended(ending)) = std::iter::from_fn(|| master.poll_event()).last() else {
+        panic!("the job goes on");
+    };
+    assert_eq!(ending.end, End::Failed(Fault::Unexpected { got: 122 }));
+    assert_eq!(master.poll_transmit(100_000), None);
 }
 
 /// Bytes of a tick, as the host writes them: docs/frame.md shows the first one.

@@ -224,6 +224,8 @@ fn a_program_is_sent_with_a_plc() {
     bench.cnc(&["send", "sim:", "part.nc", "--plc", "nowhere"], 1, "waits for a person");
     let nowhere = ["send", "sim:", "part.nc", "--plc", "nowhere", "--ignore-stops"];
     bench.cnc(&nowhere, 3, "there is no port nowhere");
+    let real = ["send", "/dev/null", "part.nc", "--ignore-stops", "--plc", "sim:"];
+    bench.cnc(&real, 2, "it is for virtual nodes");
     let hooks = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/machines/hooks.toml");
     bench.cnc(&[&sim[..], &["-m", hooks]].concat(), 2, "one of them has to do it");
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use crate::systems::plc::message::{self, Ear};
-use crate::systems::plc::{Plc, PlcHappening};
+use crate::systems::plc::{Plc, PlcHappening, Signals};
 use crate::wire_io::pty::{Pty, Received};
 
 /// How often the PLC's level is sent, whether it has changed or not.
@@ -43,6 +43,8 @@ pub fn serve_plc(
             Received::Nothing => {}
             Received::Closed if once => return Ok(()),
             Received::Closed => {
+                // Nobody holds a level up.
+                plc.hear(now_us(), Signals::default());
                 told = None;
                 std::thread::sleep(NOBODY);
                 continue;

@@ -196,10 +196,11 @@ pub fn run_job(
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let is_direct = direct::of_job(&job).next().is_some();
     let report = Report { machine, global, is_direct };
-    args.plc.check(&job, machine)?;
+    args.plc.check(&job, machine, port.is_real())?;
     let calls = wire_io::calls(&job, machine).or_bad_input()?;
     let runs_hooks = args.hooks || faults.is_none();
     report.job(&job, &calls, args.dry_run);
+    args.plc.announce(global);
     report.hooks(&calls, runs_hooks, args.dry_run)?;
     let mut operator = operator(args, global, machine, runs_hooks)?;
     if args.dry_run {

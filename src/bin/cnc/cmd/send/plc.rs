@@ -10,11 +10,14 @@ use cnc::wire::Job;
 use cnc::wire_io::{PlcRunner, Serial};
 
 use super::timing;
+use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
 use crate::output::WholeFile;
 
 /// How long the PLC within this program takes over a function.
 const ACTS_US: u64 = 100_000;
+/// The port of a PLC within this program.
+const SIMULATED: &str = "sim:";
 
 /// The PLC, and what is kept of it.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -37,10 +40,15 @@ impl PlcArgs {
         self.plc.is_some()
     }
 
-    /// Refuses a job that cannot be told by codes, or that hooks would do too.
-    pub fn check(&self, job: &Job, machine: &Machine) -> Result<(), Failure> {
-        if self.plc.is_none() {
-            return Ok(());
+    /// Refuses a job that cannot be told by codes, or that hooks would do too; and a PLC that does nothing for
+    /// nodes that cut.
+    pub fn check(&self, job: &Job, machine: &Machine, is_real: bool) -> Result<(), Failure> {
+        let Some(path) = &self.plc else { return Ok(()) };
+        if is_real && path == Path::new(SIMULATED) {
+            return Err(anyhow!(
+                "--plc sim: does nothing, and says that it is done: it is for virtual nodes"
+            )
+            .into());
         }
         if !machine.hooks.is_empty() {
             return Err(anyhow!(
@@ -52,11 +60,18 @@ impl PlcArgs {
         PlcRunner::check(job).map_err(|reason| anyhow!(reason)).or_bad_input()
     }
 
+    /// Who does M, S and T functions, if it is the PLC.
+    pub fn announce(&self, global: &Global) {
+        if let Some(path) = self.plc.as_ref().filter(|_| !global.quiet) {
+            say!("plc       M, S and T functions go to {}", path.display());
+        }
+    }
+
     /// Opens the port and hears the PLC, if there is to be one.
     pub fn open(&self, machine: &Machine) -> Result<Option<PlcRunner>, Failure> {
         let Some(path) = &self.plc else { return Ok(None) };
         let profile = machine.plc.unwrap_or_default();
-        if path == Path::new("sim:") {
+        if path == Path::new(SIMULATED) {
             return Ok(Some(PlcRunner::simulated(Plc::new(ACTS_US, Vec::new()), &profile)));
         }
         let port = Serial::open(path, profile.baud).or_bus()?;
