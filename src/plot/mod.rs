@@ -4,8 +4,17 @@
 //! text. Nothing is computed here that a number in a table would not say as well.
 
 mod chart;
+mod envelope;
+mod sheet;
+mod strokes;
+mod text;
 mod ticks;
 mod timing;
+mod traces;
 
 pub use self::chart::{Along, Chart, Curve, Limit, Scale};
+pub use self::envelope::Envelope;
+pub use self::sheet::{Sheet, View};
+pub use self::strokes::{Mark, Place, Stroke, Strokes};
 pub use self::timing::{Level, Panel, Span, Timing, Track};
+pub use self::traces::{Quantity, Traces};

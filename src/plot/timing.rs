@@ -6,7 +6,7 @@
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
-use crate::plot::chart::Escaped;
+use crate::plot::text::Escaped;
 
 /// Width of the drawing.
 const WIDTH: f64 = 800.0;
