@@ -7,8 +7,8 @@ use cnc::base::machine::Protocol;
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Tick};
 use cnc::wire::frames::{self, Mode};
 use cnc::wire::{
-    Buffer, End, Ending, Fault, FaultKind, Faults, Job, JobError, Master, MasterEvent, Nodes, Position,
-    Timing, lint,
+    Buffer, End, Ending, Fault, FaultKind, Faults, Job, JobError, Master, MasterEvent, Nodes,
+    Position, Timing, lint,
 };
 use cnc::wire_io::{Operator, Sim, drive};
 

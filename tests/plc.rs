@@ -209,6 +209,10 @@ fn a_program_is_sent_with_a_plc() {
     let drawing = fs::read_to_string(bench.path("signals.svg")).unwrap();
     assert_eq!(drawing.matches(">TMF<").count(), 7);
     assert_eq!(drawing.matches(">TFIN<").count(), 7);
+    bench.cnc(&["plot", "--timing", "signals.csv", "-o", "again.svg"], 0, "");
+    let again = fs::read_to_string(bench.path("again.svg")).unwrap();
+    assert_eq!(again.replace("signals.csv", "part.nc"), drawing);
+    bench.cnc(&["plot", "--timing", "part.nc"], 1, "no record of signals");
     let codes: Vec<&str> = rows
         .lines()
         .filter(|row| row.split(',').nth(3) == Some("1"))

@@ -14,6 +14,7 @@
 
 pub mod message;
 mod nc;
+pub mod record;
 mod virtual_plc;
 
 use std::fmt;

@@ -2,6 +2,7 @@
 
 mod curves;
 mod png;
+pub mod timing;
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, BufReader, Write};
@@ -37,6 +38,9 @@ pub struct Args {
     /// Draw a quantity over time instead of the path
     #[arg(long, value_enum, value_name = "QUANTITY")]
     curve: Option<CurveArg>,
+    /// Draw the signals that `send --plc --signals` has recorded; FILE is that record
+    #[arg(long, conflicts_with_all = ["view", "curve"])]
+    timing: bool,
     /// Width of a PNG in dots
     #[arg(long, value_name = "DOTS", default_value_t = 1600, value_parser = clap::value_parser!(u32).range(100..=8000))]
     width: u32,
@@ -82,6 +86,11 @@ struct Drawn {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let source = input::source(&args.file)?;
+    if args.timing {
+        let drawing = timing::of_record(&source).or_bad_input()?;
+        write(args, &drawing.to_string())?;
+        return Ok(Exit::Ok);
+    }
     let drawn = if input::is_dump(&source)? {
         of_dump(args, source, global)?
     } else {

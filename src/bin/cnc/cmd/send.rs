@@ -9,7 +9,6 @@ mod plc;
 mod result;
 pub mod resume;
 pub mod sim;
-mod timing;
 mod tracing;
 
 use std::cell::RefCell;

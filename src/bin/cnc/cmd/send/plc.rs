@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use cnc::base::Machine;
-use cnc::systems::plc::{Plc, Sample};
+use cnc::systems::plc::{Plc, Sample, record};
 use cnc::wire::Job;
 use cnc::wire_io::{PlcRunner, Serial};
 
-use super::timing;
+use super::super::plot::timing;
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
 use crate::output::WholeFile;
@@ -115,12 +115,6 @@ impl SignalFiles {
 
 /// A row each time that a signal has changed.
 fn write_signals(out: &mut impl Write, samples: &[Sample]) -> io::Result<()> {
-    writeln!(out, "t_us,line,code,strobe,den,fin,motion")?;
-    for sample in samples {
-        let Sample { at_us, line, nc, fin, moves } = sample;
-        let code = nc.function.map_or(String::new(), |function| function.to_string());
-        let [strobe, den, fin, moves] = [nc.strobe, nc.den, *fin, *moves].map(u8::from);
-        writeln!(out, "{at_us},{line},{code},{strobe},{den},{fin},{moves}")?;
-    }
-    Ok(())
+    writeln!(out, "{}", record::HEADER)?;
+    samples.iter().try_for_each(|sample| writeln!(out, "{sample}"))
 }

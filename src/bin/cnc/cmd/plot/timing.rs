@@ -1,7 +1,11 @@
 //! Samples of a PLC's signals → a drawing of them, a panel a function (seed 001, figs 10 and 12).
 
+use std::io::{BufRead, BufReader};
+
+use anyhow::{Context, anyhow};
+use cnc::base::Source;
 use cnc::plot::{Level, Panel, Span, Timing, Track};
-use cnc::systems::plc::{Function, Sample};
+use cnc::systems::plc::{Function, Sample, record};
 
 /// Functions that are drawn; a job may have thousands.
 const PANELS_MAX: usize = 24;
@@ -9,6 +13,28 @@ const PANELS_MAX: usize = 24;
 const MARGIN_MS: f64 = 10.0;
 /// Levels of one signal.
 type Levels = Vec<(f64, Level)>;
+
+/// The drawing of a record.
+pub fn of_record(source: &Source) -> anyhow::Result<Timing> {
+    let name = source.name();
+    let mut lines = BufReader::new(source.reader(0)).lines();
+    let head = lines.next().transpose().with_context(|| name.to_owned())?;
+    if head.as_deref().map(str::trim_end) != Some(record::HEADER) {
+        return Err(anyhow!(
+            "{name}: no record of signals; `cnc send --plc PORT --signals FILE` writes one"
+        ));
+    }
+    let mut samples: Vec<Sample> = Vec::new();
+    for (number, row) in (2..).zip(lines) {
+        let row = row.with_context(|| format!("{name}:{number}"))?;
+        let sample: Sample = row.parse().with_context(|| format!("{name}:{number}"))?;
+        if samples.last().is_some_and(|last| last.at_us > sample.at_us) {
+            return Err(anyhow!("{name}:{number}: its time is before that of the row above"));
+        }
+        samples.push(sample);
+    }
+    Ok(drawing(&samples, source.file_name()))
+}
 
 /// The drawing of a job's handshakes, the first of them if there are many.
 pub fn drawing(samples: &[Sample], job: &str) -> Timing {
