@@ -20,7 +20,6 @@ impl Bench {
             ("slow.csv", &[PLANES, "--override", "50%"]),
             ("thesis.csv", &[PLANES, "--encoder", "thesis"]),
             ("shifted.csv", &[PLANES, "--start", "76,50,50"]),
-            ("o001.csv", &[O001]),
             ("router.csv", &[O001, "-m", "router"]),
         ] {
             bench.cnc(&[&["interpolate", "--csv", "-q", "-o", name], args].concat(), 0, "");
@@ -53,7 +52,11 @@ fn what_differs_is_told_in_machine_terms() {
     diff(&["planes.csv", "slow.csv", "--tolerance", "0.001"], 1, "apart");
     diff(&["planes.csv", "thesis.csv", "--tolerance", "5"], 1, "end       B ends +4 steps of X");
     diff(&["planes.csv", "shifted.csv"], 1, "apart     0.99");
-    diff(&["planes.csv", "o001.csv", "--tolerance", "100"], 1, "events    not the same");
+    let [on, off] = ["M3 S100\nG1 X1 F300\nM30\n", "M4 S100\nG1 X1 F300\nM30\n"];
+    std::fs::write(bench.0.path().join("on.nc"), on).unwrap();
+    std::fs::write(bench.0.path().join("off.nc"), off).unwrap();
+    diff(&["on.nc", "off.nc", "--tolerance", "100"], 1, "A M3 S100 (line 1), B M4 S100 (line 1)");
+    diff(&["on.nc", "off.nc", "--tolerance", "100"], 1, "events    not the same");
     let json = diff(&["planes.csv", "slow.csv", "--json"], 1, "");
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["schema"], 1);
