@@ -180,7 +180,7 @@ fn log(entry: &Entry, global: &Global) {
         Happening::Jogs { feed: 0 } => "is pinged".to_owned(),
         Happening::Jogs { feed } => format!("jogs with feed byte {feed}"),
         Happening::SyncWaited { entry, waited_us } => {
-            format!("took the sync byte of entry {entry} {waited_us} µs late")
+            format!("began tick {entry} {waited_us} µs late")
         }
         Happening::FrameMissed { tick } => format!("missed frame {tick} of the stretch"),
         Happening::RanDry { count, gap_us } => {
