@@ -14,6 +14,7 @@ Examples:
   cnc verify part.nc part.csv                are those steps the programmed path?
   cnc diff old.csv new.csv                   what a change of program or profile changes
   cnc plot part.nc -o part.svg               what it looks like, and how fast
+  cnc report part.nc -o part.html            all about it on one page
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
   cnc replay job.jsonl part.nc               how far each axis got when the link was lost
@@ -76,6 +77,7 @@ pub enum Command {
     Verify(cmd::verify::Args),
     Diff(cmd::diff::Args),
     Plot(cmd::plot::Args),
+    Report(cmd::report::Args),
     Send(Box<cmd::send::Args>),
     Replay(cmd::replay::Args),
     Jog(cmd::jog::Args),
