@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each folder of the library, and the folders that it may use.
-const ARROWS: [(&str, &[&str]); 11] = [
+const ARROWS: [(&str, &[&str]); 12] = [
     ("base", &[]),
     ("gcode", &["base"]),
     ("interp", &["base", "gcode"]),
@@ -16,6 +16,7 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ("tape", &["base"]),
     ("verify", &["base", "path", "tape"]),
     ("plot", &["base", "path", "tape"]),
+    ("systems", &["base", "path"]),
     ("wire", &["base"]),
     ("wire_io", &["base", "tape", "wire"]),
 ];

@@ -28,6 +28,7 @@ mod port;
 mod program;
 mod progress;
 mod report;
+mod table;
 
 use std::process::ExitCode;
 
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Node(args) => cmd::node::run(args, global),
         Command::Ports(args) => cmd::ports::run(args, global),
         Command::Machine(args) => cmd::machine::run(args, global),
+        Command::Bus(args) => cmd::bus::run(args, global),
         Command::Explain(args) => cmd::explain::run(args, global),
     };
     exit::code(outcome)

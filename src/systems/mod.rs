@@ -1,0 +1,7 @@
+//! The systems of the papers behind this project, as pure computation: what each interface between
+//! a numerical control and its axes carries, and how. No clock and no device.
+//!
+//! - [`carry`]: what an interface carries against nodes, baud rate and sampling frequency, and
+//!   whether it keeps up with a program
+
+pub mod carry;
