@@ -3,5 +3,7 @@
 //!
 //! - [`carry`]: what an interface carries against nodes, baud rate and sampling frequency, and
 //!   whether it keeps up with a program
+//! - [`sercos`]: telegrams and a virtual ring of drives
 
 pub mod carry;
+pub mod sercos;

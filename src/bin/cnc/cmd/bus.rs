@@ -3,6 +3,7 @@
 mod curves;
 mod keeps;
 mod numbers;
+mod ring;
 mod rows;
 
 use std::io::{self, BufWriter, Write};
@@ -13,6 +14,7 @@ use clap::ValueEnum;
 use cnc::base::{Axis, Machine};
 use cnc::plot::Chart;
 use cnc::systems::carry::{Interface, Setting};
+use cnc::systems::sercos::Strike;
 use serde_json::{Value, json};
 
 use self::curves::Curves;
@@ -63,6 +65,13 @@ pub struct Args {
     /// Draw the curves
     #[arg(long, value_name = "FILE", requires = "curves")]
     svg: Option<PathBuf>,
+    /// Let a virtual ring of SERCOS drives execute the program, and hold that against its path
+    #[arg(long, requires = "program", conflicts_with_all = ["csv", "nodes"])]
+    ring: bool,
+    /// A bit that is flipped on the ring, as control@17, sync@3 or drive2@100.45: telegram, cycle and
+    /// bit; may be given again
+    #[arg(long, value_name = "SPEC", requires = "ring")]
+    fault: Vec<Strike>,
     #[command(flatten)]
     motion: MotionArgs,
 }
@@ -98,6 +107,9 @@ impl ProtocolArg {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    if let (Some(file), true) = (&args.program, args.ring) {
+        return ring::run(file, args, global);
+    }
     if let Some(file) = &args.program {
         return keeps::run(file, args, global);
     }
