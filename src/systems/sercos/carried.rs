@@ -55,6 +55,10 @@ pub struct Carried<I> {
     ring: Ring,
     /// Where the drives have been told to be last.
     demand: Vec<i32>,
+    /// What they were told in the last two cycles: where they are now, and where at the end of this
+    /// cycle.
+    told: [Vec<i32>; 2],
+    deviation_max: u32,
     /// The tick that went out in the last cycle.
     pending: Option<Tick>,
     ready: VecDeque<Command>,
@@ -78,6 +82,8 @@ impl<I> Carried<I> {
             axes: axes.to_vec(),
             ring: Ring::new(&demand, strikes),
             unheard: vec![0; demand.len()],
+            told: [demand.clone(), demand.clone()],
+            deviation_max: 0,
             demand,
             pending: None,
             ready: VecDeque::new(),
@@ -100,6 +106,12 @@ impl<I> Carried<I> {
     /// How many ticks were executed as planned, and how many were not.
     pub fn as_planned(&self) -> [u64; 2] {
         self.as_planned
+    }
+
+    /// How far a drive was at most from where it had been told to be, as the control has heard: in
+    /// units of 0.1 µm.
+    pub fn deviation_max(&self) -> u32 {
+        self.deviation_max
     }
 
     fn tick(&mut self, tick: &Tick) {
@@ -133,6 +145,12 @@ impl<I> Carried<I> {
     fn cycle(&mut self, before: Option<Tick>) {
         let cycle = self.ring.traffic().cycles;
         self.ring.cycle(&self.demand);
+        let deviations = self.ring.actual().zip(&self.told[0]);
+        let deviations =
+            deviations.filter_map(|(actual, told)| actual.map(|actual| actual.abs_diff(*told)));
+        self.deviation_max = deviations.fold(self.deviation_max, u32::max);
+        self.told.swap(0, 1);
+        self.told[1].clone_from(&self.demand);
         let mut counts = AxisMap::default();
         for (axis, drive) in self.axes.iter().zip(self.ring.drives()) {
             counts[*axis] = drive.step();

@@ -11,7 +11,7 @@ use cnc::interp::RunError;
 use cnc::plan::Feed;
 use cnc::step::Summary;
 use cnc::systems::carry::{Interface, Setting, settable_s};
-use cnc::systems::sercos::{Carried, Fault, Place, Slot, Traffic, on_ring, slots};
+use cnc::systems::sercos::{Carried, Fault, Place, Slot, Strike, Traffic, on_ring, slots};
 use cnc::verify::{self, Verdict};
 use serde_json::{Value, json};
 
@@ -32,6 +32,8 @@ struct Ran {
     /// Ticks executed as planned, and others.
     ticks: [u64; 2],
     repeated: u64,
+    /// Units that a drive was off at most, as the control has heard.
+    deviation_max: u32,
 }
 
 /// Commands that drives execute; what came of it is left behind when they are over.
@@ -52,6 +54,7 @@ impl<E, I: Iterator<Item = Result<Command, E>>> Iterator for Executed<'_, I> {
                 fault: self.carried.fault(),
                 ticks: self.carried.as_planned(),
                 repeated: ring.drives().iter().map(|drive| drive.repeated()).sum(),
+                deviation_max: self.carried.deviation_max(),
             });
         }
         next
@@ -72,10 +75,7 @@ pub fn run(file: &Path, args: &Args, global: &Global) -> Outcome {
         return Err(meaningless("--ring", other, "it is no ring").into());
     }
     let machine = input::machine(global)?;
-    let setup = match Setup::new(args, &machine) {
-        Ok(setup) => setup,
-        Err(failure) => return Err(failure),
-    };
+    let setup = Setup::new(args, &machine)?;
     let on_ring = on_ring(&machine, setup.cycle_us);
     let source = input::program(file)?;
     let program = match Program::check(file, source, on_ring, &args.motion, global)? {
@@ -131,6 +131,15 @@ impl Setup {
         }
         let setting = Setting { period_s: cycle_s, ..setting };
         let slots = slots(setting.nodes, baud);
+        let is_there = |strike: &&Strike| slots.iter().any(|slot| slot.place == strike.place);
+        if let Some(strike) = args.fault.iter().find(|strike| !is_there(strike)) {
+            return Err(anyhow!(
+                "there is no telegram {} on a ring of {}",
+                strike.place,
+                setting.nodes
+            )
+            .into());
+        }
         Ok(Setup { axes, setting, cycle_us: cycle_us as u32, slots })
     }
 
@@ -198,10 +207,14 @@ fn print(
         share * 100.0
     )?;
     if dropped > 0 {
-        writeln!(out, "dropped   {dropped} telegrams; drives repeated {} steps", ran.repeated)?;
+        writeln!(out, "dropped   telegrams {dropped}, steps that drives repeated {}", ran.repeated)?;
     }
     if ran.fault.is_some() {
         return Ok(());
+    }
+    match ran.deviation_max {
+        0 => writeln!(out, "heard     every drive where it was told to be, cycle by cycle")?,
+        units => writeln!(out, "heard     a drive {:.1} µm off at most", f64::from(units) * 0.1)?,
     }
     match ran.ticks {
         [ticks, 0] => {
@@ -253,6 +266,7 @@ fn as_json(program: &Program, setup: &Setup, ran: &Ran, report: &verify::Report)
         "stuffed_percent": six_digits(share * 100.0),
         "dropped": ran.traffic.dropped,
         "repeated": ran.repeated,
+        "deviation_um": f64::from(ran.deviation_max) / 10.0,
         "executed_as_planned": others == 0 && ran.fault.is_none(),
         "ticks": as_planned + others,
         "fault": ran.fault.map(|fault| fault.to_string()),
