@@ -128,16 +128,17 @@ impl<I> Carried<I> {
         }
     }
 
-    /// Cycles until the control hears from every drive that it is where it was told to be. They come
-    /// to an end: a drive that is told nothing stops, and one that is not heard ends the job.
+    /// Cycles until the control hears twice in a row from every drive that it is where it was told to
+    /// be: once could be on the way, as a drive that has lost a telegram goes on by its last step. They
+    /// come to an end: a drive that is told nothing stops, and one that is not heard ends the job.
     fn settle(&mut self) {
         let mut before = self.pending.take();
-        while self.fault.is_none() {
+        let mut arrived = 0;
+        while self.fault.is_none() && arrived < 2 {
             self.cycle(before.take());
-            let actual = self.ring.actual().zip(&self.demand);
-            if actual.into_iter().all(|(actual, demand)| actual == Some(*demand)) {
-                return;
-            }
+            let mut actual = self.ring.actual().zip(&self.demand);
+            let is_there = actual.all(|(actual, demand)| actual == Some(*demand));
+            arrived = if is_there { arrived + 1 } else { 0 };
         }
     }
 

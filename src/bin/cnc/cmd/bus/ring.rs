@@ -207,7 +207,11 @@ fn print(
         share * 100.0
     )?;
     if dropped > 0 {
-        writeln!(out, "dropped   telegrams {dropped}, steps that drives repeated {}", ran.repeated)?;
+        writeln!(
+            out,
+            "dropped   telegrams {dropped}, steps that drives repeated {}",
+            ran.repeated
+        )?;
     }
     if ran.fault.is_some() {
         return Ok(());
