@@ -84,10 +84,11 @@ impl Table {
         let mut writer = csv::Writer::from_writer(out);
         writer.write_record(self.columns.iter().map(|column| column.0))?;
         for row in &self.rows {
-            let cells = row.iter().map(|cell| match cell.value() {
-                Value::Null => String::new(),
-                Value::String(text) => text,
-                value => value.to_string(),
+            let cells = row.iter().map(|cell| match cell {
+                Cell::Number(number, _) => six_digits(*number).to_string(),
+                Cell::Flag(flag) => flag.to_string(),
+                Cell::Empty => String::new(),
+                Cell::Text(_) | Cell::Whole(_) => cell.shown(),
             });
             writer.write_record(cells)?;
         }

@@ -126,7 +126,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         return Ok(Exit::Ok);
     }
     let settings = args.settings(&machine);
-    let refused = refusals(args, &settings);
+    let refused = refusals(args, &settings, global);
     let mut exit = if refused { Exit::BadInput } else { Exit::Ok };
     let table = match (args.block_mm, &args.block_feed) {
         (Some(block_mm), Some(feeds)) => {
@@ -143,14 +143,17 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 }
 
 /// Says why settings cannot work. True where one of them was chosen.
-fn refusals(args: &Args, settings: &[Setting]) -> bool {
+fn refusals(args: &Args, settings: &[Setting], global: &Global) -> bool {
+    let is_chosen = !args.protocol.is_empty();
     let mut refused = false;
     for setting in settings {
         let Err(refusal) = setting.check() else { continue };
         let Setting { interface, nodes, baud, .. } = setting;
-        let kind = if args.protocol.is_empty() { "note" } else { "error" };
-        say!("{kind}: {interface} cannot work, {nodes} nodes at {baud} baud: {refusal}");
-        refused = !args.protocol.is_empty();
+        if is_chosen || !global.quiet {
+            let kind = if is_chosen { "error" } else { "note" };
+            say!("{kind}: {interface} cannot work, {nodes} nodes at {baud} baud: {refusal}");
+        }
+        refused = is_chosen;
     }
     refused
 }

@@ -42,7 +42,7 @@ pub fn carried(settings: &[Setting]) -> Table {
             Cell::Whole(setting.nodes.into()),
             Cell::Whole(setting.baud.into()),
             ms(setting.period_s),
-            Cell::Number(carry.bits, 0),
+            Cell::Whole(carry.bits.round() as u64),
             ms(carry.line_s),
             ms(carry.least_s),
             some_ms(carry.fill_s, 1),
