@@ -57,7 +57,7 @@ fn settings_that_cannot_work_are_refused_with_the_figure() {
     for (args, reason) in [
         (
             "--protocol frame --nodes 15 --baud 9600",
-            "a period of 11.0000 ms: the least is 32.2917 ms; 28182 baud would do, or 4 nodes",
+            "a period of 11.0000 ms: the least is 32.2917 ms; 28182 baud would do",
         ),
         ("--protocol frame --nodes 16", "16 nodes: at most 15 can be addressed"),
         ("--protocol frame --baud 250000", "250000 baud: the line carries at most 115200"),
@@ -89,7 +89,7 @@ fn what_a_refusal_proposes_works() {
         "--protocol sercos --frequency 2000 --baud 3372800 --nodes 8",
         "--protocol sercos --frequency 2000 --nodes 4",
         "--protocol frame --nodes 15 --baud 28182",
-        "--protocol frame --nodes 4 --baud 9600",
+        "--protocol frame --nodes 6 --baud 11819",
     ] {
         assert_eq!(bus(&args.split_whitespace().collect::<Vec<_>>()).0, 0, "{args}");
     }
@@ -133,7 +133,7 @@ fn blocks_that_are_too_short_are_named() {
     assert_eq!(found.pointer("/shortest/line"), Some(&4.into()));
     // Rows: keeps up, too short, interrupted, line of the first, line of the worst.
     for (row, expected) in [
-        (0, "false 1 0 4 4"),
+        (0, "false 2 0 4 4"),
         (1, "false 2 0 4 4"),
         (2, "false 3 30 3 4"),
         (3, "true 0 0 null null"),
@@ -145,7 +145,7 @@ fn blocks_that_are_too_short_are_named() {
     }
     let (code, out, _) = bus(&[short, "--protocol", "frame,sercos"]);
     assert_eq!(code, 1);
-    let reason = "frame: first at line 4: 1.000 ms, and telling the axes takes 1.823 ms";
+    let reason = "frame: first at line 4: 1.000 ms, and telling the axes takes 3.385 ms";
     assert!(out.contains(reason), "{out}");
     assert_eq!(bus(&[short]).0, 0, "nothing was chosen");
     assert_eq!(bus(&[short, "--protocol", "sercos"]).0, 0);

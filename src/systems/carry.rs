@@ -4,7 +4,7 @@
 //!
 //! | interface | on the line | source |
 //! |---|---|---|
-//! | frame | an info byte and two bytes an axis, every period | seed 004, 3.6.1 and method A |
+//! | frame | an info byte and two bytes an axis, for six axes at least, every period | seed 004, 3.6.1, method A |
 //! | coefficients | a message a block: info byte, count of periods, two constants an axis | method B |
 //! | buffered | 1500 bytes a node in advance, then a sync message of 3 bytes a period | 3.6.2, method C |
 //! | sercos | sync telegram, a telegram a drive, telegram of the control | seed 000, 3.3 |
@@ -29,6 +29,8 @@ const FILL_EXTRA_BYTES: f64 = 4.0;
 const INFO_BYTES: f64 = 1.0;
 /// An axis in a frame.
 const FRAME_AXIS_BYTES: f64 = 2.0;
+/// A frame has places for so many axes, and more only where there are more (figure 3.11: 13 bytes).
+const FRAME_PLACES: f64 = 6.0;
 /// How many periods a block lasts, in a message of coefficients.
 const PERIODS_BYTES: f64 = 4.0;
 /// Constants of a difference equation for each axis: A and B, C and D, E and F, or G and H.
@@ -298,7 +300,9 @@ impl Setting {
     fn bits(&self, nodes: u32) -> f64 {
         let nodes = f64::from(nodes);
         match self.interface {
-            Interface::Frame => BITS_A_BYTE * (INFO_BYTES + FRAME_AXIS_BYTES * nodes),
+            Interface::Frame => {
+                BITS_A_BYTE * (INFO_BYTES + FRAME_AXIS_BYTES * nodes.max(FRAME_PLACES))
+            }
             Interface::Coefficients => {
                 let constants = CONSTANTS_AN_AXIS * (f64::from(self.word_bits) / 8.0).ceil();
                 BITS_A_BYTE * (INFO_BYTES + PERIODS_BYTES + constants * nodes)

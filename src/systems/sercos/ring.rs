@@ -100,7 +100,7 @@ impl Ring {
                 _ => None,
             };
         }
-        let toggle = if self.traffic.cycles % 2 == 0 { CONTROL_NEW } else { 0 };
+        let toggle = if self.traffic.cycles.is_multiple_of(2) { CONTROL_NEW } else { 0 };
         let demand = |position: &i32| Demand { control: CONTROL_ON | toggle, position: *position };
         let control = Telegram::Control(positions.iter().map(demand).collect());
         if let Some(control) = self.pass(Place::Control, &control) {
