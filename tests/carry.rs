@@ -59,12 +59,20 @@ fn settings_that_cannot_work_are_refused_with_the_figure() {
             "--protocol frame --nodes 15 --baud 9600",
             "a period of 11.0000 ms: the least is 32.2917 ms; 28182 baud would do",
         ),
+        (
+            "--protocol frame --nodes 15 --frequency 600",
+            "a period of 1.6667 ms: the least is 8.0729 ms; no baud rate up to 115200 would do",
+        ),
+        (
+            "--protocol frame --nodes 15 --baud 19200 --frequency 100",
+            "the least is 16.1458 ms; 31000 baud would do, or 9 nodes",
+        ),
         ("--protocol frame --nodes 16", "16 nodes: at most 15 can be addressed"),
         ("--protocol frame --baud 250000", "250000 baud: the line carries at most 115200"),
         ("--protocol buffered --nodes 16", "16 nodes: at most 15 can be addressed"),
         (
             "--protocol buffered --frequency 1000",
-            "a period of 1.0000 ms: the least is 10.2800 ms; no baud rate helps",
+            "a period of 1.0000 ms: the least is 10.2800 ms; a node takes 10.0000 ms over a byte",
         ),
         (
             "--protocol sercos --nodes 8 --frequency 2000",

@@ -186,35 +186,58 @@ pub enum Refusal {
         most: u32,
     },
     /// Axes are told more often than they can be.
-    #[error(
-        "a period of {:.4} ms: the least is {:.4} ms{}",
-        period_s * 1e3, least_s * 1e3, Remedy { baud: *baud_least, nodes: *nodes_max }
-    )]
+    #[error("a period of {:.4} ms: the least is {:.4} ms; {remedy}", period_s * 1e3, least_s * 1e3)]
     TooOften {
         /// The period asked for.
         period_s: f64,
         /// The least possible.
         least_s: f64,
-        /// The baud rate that would do, if any would.
-        baud_least: Option<u32>,
-        /// The nodes that would do.
-        nodes_max: u32,
+        /// What would help.
+        remedy: Remedy,
     },
 }
 
-/// What would help against a period that is too short.
-struct Remedy {
-    baud: Option<u32>,
-    nodes: u32,
+/// What helps against a period that is too short.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Remedy {
+    /// A baud rate, or fewer nodes, if any number of them would do.
+    Baud {
+        /// Bits a second.
+        least: u32,
+        /// How many nodes would do at the rate that there is.
+        nodes_max: u32,
+    },
+    /// No baud rate that the line carries.
+    NoBaud {
+        /// Most bits a second.
+        most: u32,
+        /// How many nodes would do at the rate that there is.
+        nodes_max: u32,
+    },
+    /// None but a longer period: it is the nodes that take so long over a byte.
+    Nodes {
+        /// How long.
+        tick_s: f64,
+    },
 }
 
 impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.baud, self.nodes) {
-            (None, _) => write!(f, "; no baud rate helps"),
-            (Some(baud), 0) => write!(f, "; {baud} baud would do"),
-            (Some(baud), nodes) => write!(f, "; {baud} baud would do, or {nodes} nodes"),
-        }
+        let nodes_max = match self {
+            Remedy::Baud { least, nodes_max } => {
+                write!(f, "{least} baud would do")?;
+                *nodes_max
+            }
+            Remedy::NoBaud { most, nodes_max } => {
+                write!(f, "no baud rate up to {most} would do")?;
+                *nodes_max
+            }
+            Remedy::Nodes { tick_s } => {
+                write!(f, "a node takes {:.4} ms over a byte", tick_s * 1e3)?;
+                0
+            }
+        };
+        if nodes_max > 0 { write!(f, ", or {nodes_max} nodes") } else { Ok(()) }
     }
 }
 
@@ -271,8 +294,7 @@ impl Setting {
         Err(Refusal::TooOften {
             period_s: self.period_s,
             least_s: carry.least_s,
-            baud_least: self.baud_least(),
-            nodes_max: carry.nodes_max,
+            remedy: self.remedy(carry.nodes_max),
         })
     }
 
@@ -283,17 +305,23 @@ impl Setting {
             || self.least_s(nodes) <= self.period_s * (1.0 + 1e-9)
     }
 
-    /// The baud rate from which on the period is long enough, if the medium carries it.
-    fn baud_least(&self) -> Option<u32> {
+    /// What would make the period long enough.
+    fn remedy(&self, nodes_max: u32) -> Remedy {
         let period_s = match self.interface {
             Interface::Sercos => settable_below_s(self.period_s),
             _ => self.period_s,
         };
-        let baud =
-            (self.line_s(self.nodes) * f64::from(self.baud) / period_s * (1.0 - 1e-9)).ceil();
-        let most = f64::from(self.interface.baud_most().unwrap_or(u32::MAX));
-        let would_do = Setting { baud: baud.min(most) as u32, ..*self };
-        (baud <= most && would_do.fits(self.nodes)).then_some(would_do.baud)
+        let most = self.interface.baud_most().unwrap_or(u32::MAX);
+        let baud = self.line_s(self.nodes) * f64::from(self.baud) / period_s * (1.0 - 1e-9);
+        // What is beyond u32 becomes its greatest.
+        let least = baud.ceil() as u32;
+        if (Setting { baud: least.min(most), ..*self }).fits(self.nodes) {
+            return Remedy::Baud { least, nodes_max };
+        }
+        match self.interface {
+            Interface::Buffered => Remedy::Nodes { tick_s: self.node_tick_s },
+            _ => Remedy::NoBaud { most, nodes_max },
+        }
     }
 
     /// Bits in each period or block, before stuffing.
