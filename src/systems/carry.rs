@@ -111,7 +111,7 @@ impl Interface {
     }
 
     /// Most bits a second that the medium carries, where the papers say so.
-    fn baud_most(self) -> Option<u32> {
+    pub fn baud_most(self) -> Option<u32> {
         match self {
             Interface::Frame | Interface::Coefficients => Some(EIA_232_MOST),
             Interface::Buffered => Some(EIA_485_MOST),
@@ -392,4 +392,49 @@ pub fn settable_s(least_s: f64) -> f64 {
 fn settable_below_s(most_s: f64) -> f64 {
     let ms = most_s * 1e3 * (1.0 + 1e-9);
     if ms >= 1.0 { ms.floor() * 1e-3 } else { ms.log2().floor().exp2() * 1e-3 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cycles_are_those_that_can_be_set() {
+        // Seed 000, section 3.3: …, 0.0625, 0.125, 0.25, 0.5, 1, 2, 3, … ms.
+        for (least_ms, expected_ms) in [
+            (0.0625, 0.0625),
+            (0.07, 0.125),
+            (0.1488, 0.25),
+            (0.25, 0.25),
+            (0.3472, 0.5),
+            (0.5001, 1.0),
+            (0.8432, 1.0),
+            (1.0, 1.0),
+            (1.2, 2.0),
+            (2.5, 3.0),
+            (0.001, 0.000_976_562_5 * 2.0),
+        ] {
+            let found_ms = settable_s(least_ms * 1e-3) * 1e3;
+            assert!((found_ms - expected_ms).abs() < 1e-9, "{least_ms}: {found_ms}");
+            let below_ms = settable_below_s(found_ms * 1e-3) * 1e3;
+            assert!((below_ms - found_ms).abs() < 1e-9, "{found_ms}: {below_ms}");
+        }
+    }
+
+    #[test]
+    fn the_nodes_that_fit_do_and_one_more_does_not() {
+        let machine = crate::base::Machine::load("starmill").unwrap();
+        for interface in Interface::ALL {
+            for baud in [9600, 38_400, 115_200, 2_000_000] {
+                for period_s in [0.5e-3, 2e-3, 11e-3, 0.1] {
+                    let bus = Setting::of(interface, &machine.bus, 1);
+                    let setting = Setting { baud, period_s, ..bus };
+                    let most = setting.carry().nodes_max;
+                    assert!(most == 0 || setting.fits(most), "{setting:?}");
+                    let is_last = most == interface.nodes_addressable();
+                    assert!(is_last || !setting.fits(most + 1), "{setting:?}");
+                }
+            }
+        }
+    }
 }

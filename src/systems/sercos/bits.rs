@@ -166,6 +166,17 @@ mod tests {
             prop_assert_eq!(both, vec![Ok(bytes.clone()), Ok(bytes)]);
         }
 
+        /// Any bits are taken, and after them a telegram is found again.
+        #[test]
+        fn noise_is_survived(
+            noise in prop::collection::vec(any::<bool>(), 0..400),
+            bytes in prop::collection::vec(any::<u8>(), 2..20),
+        ) {
+            // A first flag ends whatever the noise has begun.
+            let line = [noise, framed(&[1, 2]), framed(&bytes)].concat();
+            prop_assert_eq!(received(&line).pop(), Some(Ok(bytes)));
+        }
+
         /// Up to three flipped bits are never taken for the telegram that was sent, nor for another
         /// one of its length.
         #[test]

@@ -235,6 +235,8 @@ fn with_fast() -> Vec<u32> {
 
 /// The baud rates asked for, or those usual for the interface.
 fn bauds(interface: Interface, args: &Args, usual: &[u32]) -> Vec<u32> {
-    let own = || interface.own_baud().map_or(usual.to_vec(), |baud| vec![baud, 2 * baud, 8 * baud]);
+    let most = interface.baud_most().unwrap_or(u32::MAX);
+    let carried = || usual.iter().copied().filter(|baud| *baud <= most).collect();
+    let own = || interface.own_baud().map_or_else(carried, |baud| vec![baud, 2 * baud, 8 * baud]);
     args.baud.as_ref().map_or_else(own, |list| list.0.clone())
 }
