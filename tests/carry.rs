@@ -112,6 +112,7 @@ fn usage_that_means_nothing_is_refused() {
         "--frequency 0",
         "--frequency inf",
         "--protocol none",
+        "--nodes 1-254 --baud 1-1000",
         "--block-mm 1",
         "--block-feed 100",
         "--curves fill --protocol sercos",
@@ -119,6 +120,8 @@ fn usage_that_means_nothing_is_refused() {
         "--curves load --protocol frame,sercos",
         "--curves load --frequency 1,2",
         "--curves computing --nodes 1,2",
+        "--curves nodes --nodes 3",
+        "--curves nodes --protocol b",
         "--svg x.svg",
         "--ring",
         "samples/good/o001.nc --ring --protocol frame",
@@ -193,6 +196,7 @@ fn curves_are_drawn_and_written() {
         ("fill", 54, "buffered,15,10000000,22.56"),
         ("sync", 9, "buffered,3,10000000,0.003"),
         ("computing", 505, "frame,115200,1000,-1.690972"),
+        ("nodes", 505, "frame,115200,1000,0"),
     ] {
         let svg = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{which}.svg"));
         let (code, out, err) = bus(&["--curves", which, "--csv", "--svg", svg.to_str().unwrap()]);

@@ -25,6 +25,9 @@ use crate::program::MotionArgs;
 use crate::table::Table;
 use crate::{input, output};
 
+/// Most rows of a table: what a command answers at once.
+const ROWS_MOST: usize = 100_000;
+
 /// What a bus carries, and whether it keeps up with a program
 ///
 /// Without a program: cycle, fill and sync times, time left for computing and nodes possible, for
@@ -125,7 +128,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         args.put(&curves.table, json!({"curves": curves.name}), global)?;
         return Ok(Exit::Ok);
     }
-    let settings = args.settings(&machine);
+    let settings = args.settings(&machine)?;
     let refused = refusals(args, &settings, global);
     let mut exit = if refused { Exit::BadInput } else { Exit::Ok };
     let table = match (args.block_mm, &args.block_feed) {
@@ -168,8 +171,18 @@ impl Args {
     }
 
     /// Every combination of what is asked for.
-    fn settings(&self, machine: &Machine) -> Vec<Setting> {
+    fn settings(&self, machine: &Machine) -> anyhow::Result<Vec<Setting>> {
         let mut settings = Vec::new();
+        let wholes = |list: &Option<Wholes>| list.as_ref().map_or(1, |list| list.0.len());
+        let decimals = |list: &Option<Decimals>| list.as_ref().map_or(1, |list| list.0.len());
+        let rows = self.interfaces().len() as f64
+            * wholes(&self.nodes) as f64
+            * wholes(&self.baud) as f64
+            * decimals(&self.frequency) as f64
+            * decimals(&self.block_feed) as f64;
+        if rows > ROWS_MOST as f64 {
+            return Err(anyhow!("these lists make {rows} rows: at most {ROWS_MOST} are computed"));
+        }
         for interface in self.interfaces() {
             let usual = self.usual(interface, machine);
             let nodes = self.nodes.as_ref().map_or(vec![usual.nodes], |list| list.0.clone());
@@ -186,7 +199,7 @@ impl Args {
                 }
             }
         }
-        settings
+        Ok(settings)
     }
 
     /// An interface as the profile would have it.

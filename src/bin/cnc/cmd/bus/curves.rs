@@ -20,6 +20,9 @@ const NODES: [u32; 6] = [1, 2, 3, 6, 10, 15];
 /// Most nodes by their switches.
 const NODES_MOST: u32 = 15;
 
+/// The axis of sampling frequencies.
+const FREQUENCY: Column = ("frequency_hz", "frequency Hz");
+
 /// Which curves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Curves {
@@ -31,6 +34,8 @@ pub enum Curves {
     Sync,
     /// Time left for computing over sampling frequency, a curve a baud rate (figure 3.18)
     Computing,
+    /// Nodes possible over sampling frequency, a curve a baud rate
+    Nodes,
 }
 
 /// What a set of curves is drawn over, and what it shows.
@@ -48,21 +53,21 @@ struct Sheet {
 /// Computes them.
 pub fn draw(which: Curves, args: &Args, machine: &Machine) -> anyhow::Result<Drawn> {
     let interface = interface(which, args)?;
-    if which == Curves::Computing || args.frequency.as_ref().is_none_or(|list| list.0.len() == 1) {
-        return match which {
-            Curves::Load => load(interface, args, machine),
-            Curves::Fill => fill(interface, args, machine),
-            Curves::Sync => sync(interface, args, machine),
-            Curves::Computing => computing(interface, args, machine),
-        };
+    let has_one_frequency = args.frequency.as_ref().is_none_or(|list| list.0.len() == 1);
+    match which {
+        Curves::Computing => computing(interface, args, machine),
+        Curves::Nodes => nodes(interface, args, machine),
+        _ if !has_one_frequency => Err(anyhow!("these curves have one sampling frequency")),
+        Curves::Load => load(interface, args, machine),
+        Curves::Fill => fill(interface, args, machine),
+        Curves::Sync => sync(interface, args, machine),
     }
-    Err(anyhow!("these curves have one sampling frequency"))
 }
 
 /// The interface asked for, or the one that the figure is of.
 fn interface(which: Curves, args: &Args) -> anyhow::Result<Interface> {
     let own = match which {
-        Curves::Load | Curves::Computing => Interface::Frame,
+        Curves::Load | Curves::Computing | Curves::Nodes => Interface::Frame,
         Curves::Fill | Curves::Sync => Interface::Buffered,
     };
     let interface = match args.protocol.as_slice() {
@@ -73,6 +78,11 @@ fn interface(which: Curves, args: &Args) -> anyhow::Result<Interface> {
     match (which, interface) {
         (Curves::Fill, Interface::Buffered) => Ok(interface),
         (Curves::Fill, _) => Err(meaningless("--curves fill", interface, "it has no buffers")),
+        (Curves::Nodes, Interface::Coefficients) => Err(meaningless(
+            "--curves nodes",
+            interface,
+            "its nodes are told each block, not each period",
+        )),
         (Curves::Sync, Interface::Coefficients | Interface::Parallel) => {
             Err(meaningless("--curves sync", interface, "it has no sync message"))
         }
@@ -161,24 +171,53 @@ fn computing(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Re
     let [nodes] = nodes.as_slice() else {
         return Err(anyhow!("these curves have one number of nodes"));
     };
-    // From 10 Hz to 1 kHz, fifty to a decade.
-    let usual_hz = || (0..=100).map(|at| 10_f64.powf(1.0 + f64::from(at) / 50.0)).collect();
-    let frequencies = args.frequency.as_ref().map_or_else(usual_hz, |list| list.0.clone());
-    let settings = bauds(interface, args, &BAUDS).into_iter().map(|baud| {
-        let usual = Setting { baud, nodes: *nodes, ..usual };
-        let curve = frequencies.iter().map(|hz| Setting { period_s: 1.0 / hz, ..usual });
-        (baud, curve.collect())
-    });
+    let settings = over_frequency(interface, args, Setting { nodes: *nodes, ..usual });
     let sheet = Sheet {
         name: "computing",
         interface,
         title: format!("Time left for computing, {interface}, {nodes} nodes"),
-        x: (("frequency_hz", "frequency Hz"), Scale::logarithmic("sampling frequency, Hz")),
+        x: (FREQUENCY, Scale::logarithmic("sampling frequency, Hz")),
         y: (("left_ms", "left ms"), Scale::logarithmic("time left, ms")),
         by: ("baud", "baud"),
-        limits: vec![Limit { name: "100 Hz".to_owned(), along: Along::X, at: 1.0 / PERIOD_S }],
+        limits: vec![frequency_limit()],
     };
     Ok(sheet.drawn(settings, |setting| [1.0 / setting.period_s, setting.carry().left_s * 1e3]))
+}
+
+/// Nodes possible; no figure of a paper.
+fn nodes(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Result<Drawn> {
+    if args.nodes.is_some() {
+        return Err(anyhow!(
+            "--curves nodes tells how many nodes there can be: --nodes is not for it"
+        ));
+    }
+    let settings = over_frequency(interface, args, args.usual(interface, machine));
+    let sheet = Sheet {
+        name: "nodes",
+        interface,
+        title: format!("Nodes possible, {interface}"),
+        x: (FREQUENCY, Scale::logarithmic("sampling frequency, Hz")),
+        y: (("nodes_max", "nodes max"), Scale::linear("nodes")),
+        by: ("baud", "baud"),
+        limits: vec![frequency_limit()],
+    };
+    Ok(sheet
+        .drawn(settings, |setting| [1.0 / setting.period_s, f64::from(setting.carry().nodes_max)]))
+}
+
+/// A curve a baud rate, over the sampling frequencies asked for, or from 10 Hz to 1 kHz, fifty to a
+/// decade.
+fn over_frequency(
+    interface: Interface,
+    args: &Args,
+    usual: Setting,
+) -> impl Iterator<Item = (u32, Vec<Setting>)> {
+    let usual_hz = || (0..=100).map(|at| 10_f64.powf(1.0 + f64::from(at) / 50.0)).collect();
+    let frequencies = args.frequency.as_ref().map_or_else(usual_hz, |list| list.0.clone());
+    bauds(interface, args, &BAUDS).into_iter().map(move |baud| {
+        let usual = Setting { baud, ..usual };
+        (baud, frequencies.iter().map(|hz| Setting { period_s: 1.0 / hz, ..usual }).collect())
+    })
 }
 
 impl Sheet {
@@ -227,6 +266,11 @@ fn period_s(args: &Args) -> f64 {
 fn period_limit(along: Along, period_s: f64) -> Limit {
     let hz = 1.0 / period_s;
     Limit { name: format!("a period at {hz} Hz"), along, at: period_s * 1e3 }
+}
+
+fn frequency_limit() -> Limit {
+    let hz = 1.0 / PERIOD_S;
+    Limit { name: format!("{hz} Hz"), along: Along::X, at: hz }
 }
 
 fn with_fast() -> Vec<u32> {

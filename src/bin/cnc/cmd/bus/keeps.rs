@@ -41,7 +41,7 @@ pub fn run(file: &Path, args: &Args, global: &Global) -> Outcome {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
-    let settings = args.settings(&program.machine);
+    let settings = args.settings(&program.machine)?;
     let read = if args.csv {
         let mut out = BufWriter::new(io::stdout().lock());
         let read = each_block(&program, &settings, args, &mut out)?;
