@@ -35,10 +35,15 @@ use crate::base::machine::Protocol;
 pub const UNITS_PER_MM: f64 = 10_000.0;
 
 /// The machine with its axes on a ring: drives move by units of 0.1 µm, once a cycle, and nothing
-/// but their speed limits how many.
+/// but their speed limits how many. They ramp from rest: what motors without feedback can start at
+/// means nothing to them, so they start at no more than they gain in a cycle.
 pub fn on_ring(machine: &Machine, cycle_us: u32) -> Machine {
     let mut machine = machine.clone();
-    machine.axes.iter_mut().for_each(|profile| profile.steps_per_mm = UNITS_PER_MM);
+    for profile in &mut machine.axes {
+        profile.steps_per_mm = UNITS_PER_MM;
+        let gain_mm_s = profile.accel_max_mm_s2 * f64::from(cycle_us) * 1e-6;
+        profile.start_speed_mm_s = profile.start_speed_mm_s.min(gain_mm_s);
+    }
     machine.bus.protocol = Protocol::None;
     (machine.bus.tick_us, machine.bus.node_tick_us) = (cycle_us, cycle_us);
     machine.bus.count_max = i32::MAX as u32;
