@@ -12,6 +12,7 @@ Examples:
   cnc interpolate part.nc                    time, ticks, extents, seams
   cnc interpolate part.nc --csv -o part.csv  the steps of every tick
   cnc verify part.nc part.csv                are those steps the programmed path?
+  cnc diff old.csv new.csv                   what a change of program or profile changes
   cnc plot part.nc -o part.svg               what it looks like, and how fast
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
@@ -74,6 +75,7 @@ pub enum Command {
     Interpret(cmd::interpret::Args),
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
+    Diff(cmd::diff::Args),
     Plot(cmd::plot::Args),
     Send(cmd::send::Args),
     Replay(cmd::replay::Args),
