@@ -21,6 +21,7 @@
 //! - [`tape`]: the command dump, a CSV file with a seal
 //! - [`verify`]: steps against curves; shares nothing with `plan` and `step`
 //! - [`plot`]: numbers as drawings
+//! - [`systems`]: what the interfaces of the papers behind this project carry, and how
 //! - [`wire`]: steps ⇄ bytes: lint, master and node, without a clock or a device
 //! - [`wire_io`]: serial ports, pseudo-terminals and simulated nodes
 //! - [`systems`]: the papers' other systems, as pure computation

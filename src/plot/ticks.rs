@@ -60,11 +60,11 @@ pub fn logarithmic([low, high]: [f64; 2], most: usize) -> Vec<f64> {
     enclosing(&all.iter().copied().step_by(3).collect::<Vec<_>>())
 }
 
-/// How a mark reads: plain from 0.0001 to below 10^7, else as a power of ten.
+/// How a mark reads: plain from 0.0001 to below 10^8, else as a power of ten.
 pub fn label(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_owned(),
-        size if !(1e-4..1e7).contains(&size) => format!("{value:e}"),
+        size if !(1e-4..1e8).contains(&size) => format!("{value:e}"),
         _ => format!("{value}"),
     }
 }
@@ -85,7 +85,7 @@ mod tests {
         check(linear([-0.013, 0.021], 6), "-0.02 -0.01 0 0.01 0.02 0.03");
         check(linear([1.0, 15.0], 8), "0 2 4 6 8 10 12 14 16");
         check(linear([99_999.0, 100_001.0], 4), "99999 99999.5 100000 100000.5 100001");
-        check(linear([0.0, 3e7], 3), "0 1e7 2e7 3e7");
+        check(linear([0.0, 3e8], 3), "0 1e8 2e8 3e8");
         check(logarithmic([9600.0, 115_200.0], 8), "5000 10000 20000 50000 100000 200000");
         check(logarithmic([0.001, 0.001], 8), "0.001");
         check(logarithmic([1e-6, 1.0], 8), "1e-6 1e-5 0.0001 0.001 0.01 0.1 1");

@@ -22,6 +22,7 @@ Examples:
   cnc home /dev/ttyUSB0                      send the axes to their switches
   cnc ports                                  which serial ports there are
   cnc machine show router                    what a machine can do
+  cnc bus part.nc                            which interfaces keep up with a program
   cnc explain no-feed                        what a rule or a code means
 
 Exit codes:
@@ -85,5 +86,6 @@ pub enum Command {
     Node(cmd::node::Args),
     Ports(cmd::ports::Args),
     Machine(cmd::machine::Args),
+    Bus(Box<cmd::bus::Args>),
     Explain(cmd::explain::Args),
 }

@@ -29,6 +29,7 @@ mod program;
 mod progress;
 mod protocol;
 mod report;
+mod table;
 
 use std::process::ExitCode;
 
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
         Command::Node(args) => cmd::node::run(args, global),
         Command::Ports(args) => cmd::ports::run(args, global),
         Command::Machine(args) => cmd::machine::run(args, global),
+        Command::Bus(args) => cmd::bus::run(args, global),
         Command::Explain(args) => cmd::explain::run(args, global),
     };
     exit::code(outcome)
