@@ -6,13 +6,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each folder of the library, and the folders that it may use.
-const ARROWS: [(&str, &[&str]); 11] = [
+const ARROWS: [(&str, &[&str]); 12] = [
     ("base", &[]),
     ("gcode", &["base"]),
     ("interp", &["base", "gcode"]),
     ("path", &["base", "interp"]),
     ("plan", &["base", "path"]),
     ("step", &["base", "path", "plan"]),
+    ("systems", &["base", "path"]),
     ("tape", &["base"]),
     ("verify", &["base", "path", "tape"]),
     ("plot", &["base", "path", "tape"]),

@@ -1,0 +1,161 @@
+//! Segment → the constants of its difference equations, which every node runs by itself
+//! (seed 004, section 3.7.2, Method B).
+//!
+//! ```text
+//! arc, from its centre:  x(k) = A·x(k-1) - B·y(k-1)     (3.1)     line:  x(k) = E·x(k-1) + F  (3.3)
+//!                        y(k) = C·x(k-1) + D·y(k-1)     (3.2)            y(k) = G·y(k-1) + H  (3.4)
+//! ```
+//!
+//! Positions are in steps. With n ticks for a sweep θ, A and D are ρ·cos(θ/n), B and C ρ·sin(θ/n) (eq. 6.8),
+//! where ρ is 1, or the n-th root of the radii's ratio; where the axes have steps of different size, B
+//! and C have their ratio too. E and G are 1, F and H the way a tick. All other axes of an arc go as a
+//! line does.
+//!
+//! The equations advance by the same share of the segment in every tick, so a segment runs at one feed:
+//! the seed has no ramps (the motor drivers made them, note 2 of chapter 7). So it is here. A segment
+//! takes whole ticks, rounded up: its feed is what was asked for, or a little less, and its end is met.
+//! Feeds beyond what an axis can do are lowered to that. A spline is told as chords that leave it by a
+//! quarter of a step at most.
+//!
+//! How exact a node's own arithmetic is, says [`node`]; what that comes to, [`drift`].
+
+pub mod drift;
+pub mod node;
+
+use crate::base::{Axis, AxisMap, Machine, Plane, Point};
+use crate::path::{Curve, Segment};
+
+/// A spline's chords leave it by so much of a step at most.
+const CHORD_STEPS: f64 = 0.25;
+
+/// Most chords of one spline.
+const CHORDS_MAX: u32 = 1 << 16;
+
+/// What rounding may add to a whole number of ticks.
+const WHOLE: f64 = 1e-9;
+
+/// The equations of one segment, as the host sends them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Equations {
+    /// What they draw: a line or an arc.
+    pub segment: Segment,
+    /// How many times they are applied.
+    pub ticks: u64,
+    /// The way a tick of every axis that goes as a line, in steps: F, H and the like.
+    pub way_steps: AxisMap<f64>,
+    /// The axes that turn, if two do.
+    pub turn: Option<Turn>,
+}
+
+/// The equations of an arc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// The plane whose first axis is x and whose second is y.
+    pub plane: Plane,
+    /// The centre, in steps.
+    pub center_steps: [f64; 2],
+    /// A, B, C and D.
+    pub constants: [f64; 4],
+}
+
+impl Turn {
+    /// The greatest of the constants.
+    pub fn constant_max(&self) -> f64 {
+        self.constants.iter().fold(0.0, |most, constant| most.max(constant.abs()))
+    }
+}
+
+/// The equations of a segment on a machine; those of a spline chord by chord.
+pub fn equations(segment: &Segment, machine: &Machine) -> Vec<Equations> {
+    match &segment.curve {
+        Curve::Line | Curve::Arc(_) => vec![equations_of(segment.clone(), machine)],
+        Curve::Spline(_) => {
+            chords(segment, machine).into_iter().map(|chord| equations_of(chord, machine)).collect()
+        }
+    }
+}
+
+fn equations_of(segment: Segment, machine: &Machine) -> Equations {
+    let length_mm = segment.length_mm();
+    let exact_ticks = length_mm / speed_mm_s(&segment, machine) / machine.bus.tick_s();
+    let ticks = ((exact_ticks * (1.0 - WHOLE)).ceil() as u64).max(1);
+    let scale = steps_per_mm(machine);
+    let mut way_steps = AxisMap::from_fn(|axis| {
+        (segment.to_mm[axis] - segment.from_mm[axis]) * scale[axis] / ticks as f64
+    });
+    let turn = match &segment.curve {
+        Curve::Arc(arc) => {
+            let [x, y] = arc.plane.axes();
+            (way_steps[x], way_steps[y]) = (0.0, 0.0);
+            let shrink = (arc.radius_to_mm / arc.radius_from_mm).powf(1.0 / ticks as f64);
+            let (sin, cos) = (arc.sweep_rad / ticks as f64).sin_cos();
+            let ratio = scale[x] / scale[y];
+            Some(Turn {
+                plane: arc.plane,
+                center_steps: [arc.center_mm[0] * scale[x], arc.center_mm[1] * scale[y]],
+                constants: [cos, sin * ratio, sin / ratio, cos].map(|constant| shrink * constant),
+            })
+        }
+        Curve::Line | Curve::Spline(_) => None,
+    };
+    Equations { segment, ticks, way_steps, turn }
+}
+
+/// Steps a mm of every axis; 0 on axes that the machine lacks.
+pub fn steps_per_mm(machine: &Machine) -> AxisMap<f64> {
+    AxisMap::from_fn(|axis| machine.axis(axis).map_or(0.0, |profile| profile.steps_per_mm))
+}
+
+/// The feed, or as much as the axes that move can do.
+fn speed_mm_s(segment: &Segment, machine: &Machine) -> f64 {
+    let shares = segment.axis_speeds();
+    let of_axis = machine.axes.iter().filter_map(|profile| {
+        let share = shares[profile.axis];
+        let count = f64::from(machine.count_max(profile));
+        let greatest_mm_s = count / profile.steps_per_mm / machine.bus.tick_s();
+        (share > 0.0).then(|| greatest_mm_s.min(profile.speed_max_mm_s) / share)
+    });
+    of_axis.fold(segment.feed_mm_s.unwrap_or(f64::INFINITY), f64::min)
+}
+
+/// A spline as lines.
+fn chords(segment: &Segment, machine: &Machine) -> Vec<Segment> {
+    let scale = steps_per_mm(machine);
+    let in_steps = |point: &Point| AxisMap::from_fn(|axis| point[axis] * scale[axis]);
+    let is_near = |count: u32| {
+        let at = |k: f64| in_steps(&segment.point_at(k / f64::from(count)));
+        (0..count).all(|k| {
+            let [from, middle, to] = [0.0, 0.5, 1.0].map(|share| at(f64::from(k) + share));
+            let off_sq: f64 = Axis::ALL
+                .into_iter()
+                .map(|axis| (middle[axis] - 0.5 * (from[axis] + to[axis])).powi(2))
+                .sum();
+            off_sq <= CHORD_STEPS * CHORD_STEPS
+        })
+    };
+    let mut count = 1;
+    while count < CHORDS_MAX && !is_near(count) {
+        count *= 2;
+    }
+    let place = |k: u32| segment.point_at(f64::from(k) / f64::from(count));
+    let chord = |k| Segment {
+        from_mm: place(k),
+        to_mm: place(k + 1),
+        curve: Curve::Line,
+        ..segment.clone()
+    };
+    (0..count).map(chord).filter(|chord| chord.from_mm != chord.to_mm).collect()
+}
+
+impl Equations {
+    /// Where the equations would be after so many ticks if numbers had no end, in steps.
+    pub fn at_steps(&self, tick: u64, scale: &AxisMap<f64>) -> AxisMap<f64> {
+        let place = self.segment.point_at(tick as f64 / self.ticks as f64);
+        AxisMap::from_fn(|axis| place[axis] * scale[axis])
+    }
+
+    /// The speed along the path that comes of whole ticks.
+    pub fn speed_mm_s(&self, machine: &Machine) -> f64 {
+        self.segment.length_mm() / (self.ticks as f64 * machine.bus.tick_s())
+    }
+}

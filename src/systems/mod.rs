@@ -1,0 +1,6 @@
+//! The other systems of the papers behind this project, as pure computation: path and figures in,
+//! figures out. No input, no output, no clock; what is sent to nodes is `wire`'s.
+//!
+//! - [`difference`]: nodes that interpolate by difference equations (seed 004, Method B)
+
+pub mod difference;
