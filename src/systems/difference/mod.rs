@@ -118,6 +118,19 @@ fn speed_mm_s(segment: &Segment, machine: &Machine) -> f64 {
     of_axis.fold(segment.feed_mm_s.unwrap_or(f64::INFINITY), f64::min)
 }
 
+/// How much the speed of every axis changes at once where a segment begins, in mm/s: at rest before
+/// the first.
+pub fn jump(before: Option<&Equations>, piece: &Equations, machine: &Machine) -> Point {
+    let speeds = |piece: &Equations, share: f64| {
+        let tangent = piece.segment.rates_at(share).tangent;
+        let speed_mm_s = piece.speed_mm_s(machine);
+        AxisMap::from_fn(|axis| tangent[axis] * speed_mm_s)
+    };
+    let old = before.map_or(Point::ZERO, |before| speeds(before, 1.0));
+    let new = speeds(piece, 0.0);
+    AxisMap::from_fn(|axis| (new[axis] - old[axis]).abs())
+}
+
 /// A spline as lines.
 fn chords(segment: &Segment, machine: &Machine) -> Vec<Segment> {
     let scale = steps_per_mm(machine);

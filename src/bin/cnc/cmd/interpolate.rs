@@ -1,5 +1,6 @@
 //! `cnc interpolate`: plans a program and interpolates it to steps; the command dump, or a summary.
 
+mod difference;
 mod seams;
 mod speeds;
 mod times;
@@ -40,6 +41,14 @@ pub struct Args {
     /// What turns the path into counts
     #[arg(long, value_enum, default_value_t)]
     encoder: Encoder,
+    /// Who interpolates, and how
+    #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
+    method: Method,
+    #[command(flatten)]
+    word: difference::WordArgs,
+    /// Draw what the method comes to (methods b and pulse)
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
@@ -61,6 +70,16 @@ struct ReportArgs {
     times: bool,
 }
 
+/// Who interpolates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// The host: nodes are told steps a tick
+    #[default]
+    C,
+    /// The nodes, by difference equations: a report of these and of their drift
+    B,
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SeamsArg {
     Report,
@@ -80,6 +99,12 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
+    if args.method == Method::C && (args.svg.is_some() || args.word.is_any()) {
+        return Err(anyhow!("--svg and a node's word belong to --method b").into());
+    }
+    if args.method == Method::B {
+        return by_nodes(args, &program, global);
+    }
     if args.encoder == Encoder::Thesis && args.report.is_any() {
         return Err(anyhow!("--encoder thesis plans nothing that could be told of").into());
     }
@@ -116,6 +141,21 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         }
     }
     Ok(Exit::Ok)
+}
+
+/// `--method b`.
+fn by_nodes(args: &Args, program: &Program, global: &Global) -> Outcome {
+    if args.report.is_any() || args.encoder == Encoder::Thesis {
+        return Err(anyhow!("--method b makes no ticks that could be reported or encoded").into());
+    }
+    let wanted = difference::Wanted {
+        word: &args.word,
+        csv: args.csv,
+        json: global.json,
+        output: args.output.as_deref(),
+        svg: args.svg.as_ref(),
+    };
+    difference::report(program, &wanted)
 }
 
 impl ReportArgs {
