@@ -1,0 +1,161 @@
+//! Interpolation pulses: the paper's formulas, the paper's program, and what must hold of every arc.
+
+use std::f64::consts::{PI, TAU};
+
+use cnc::base::{Axis, Machine, Point, Source};
+use cnc::interp::{Corner, Options, motions};
+use cnc::path::{Arc, Curve, PathItem, Segment, segments};
+use cnc::systems::pulse::{Interpolator, Made, NoPulses, count, octant_pulses};
+use proptest::prelude::*;
+
+fn kimm() -> Machine {
+    Machine::load("kimm").unwrap()
+}
+
+fn program(text: &[u8], machine: &Machine) -> Vec<Segment> {
+    let source = Source::memory("test", text.to_vec());
+    let options = Options::default();
+    let items = segments(motions(&source, machine, &options), machine);
+    let segment = |item| match item {
+        PathItem::Segment(segment) => Some(segment),
+        PathItem::Event(_) => None,
+    };
+    items.filter_map(|item| segment(item.unwrap())).collect()
+}
+
+fn arc(radius_mm: f64, angle_from_rad: f64, sweep_rad: f64) -> Segment {
+    let curve = Arc {
+        plane: cnc::base::Plane::Xy,
+        center_mm: [4000.0, 4000.0],
+        radius_from_mm: radius_mm,
+        radius_to_mm: radius_mm,
+        angle_from_rad,
+        sweep_rad,
+    };
+    let end = |share: f64| {
+        let mut point = Point::ZERO;
+        [point[Axis::X], point[Axis::Y]] = curve.point_at(share);
+        point
+    };
+    Segment {
+        line: 1,
+        feed_mm_s: Some(3.0),
+        from_mm: end(0.0),
+        to_mm: end(1.0),
+        curve: Curve::Arc(curve),
+        corner: Corner::Exact,
+    }
+}
+
+fn run(segment: &Segment, machine: &Machine) -> Made {
+    let mut pulses = Interpolator::new(machine, machine.nearest_steps(&segment.from_mm));
+    let made = pulses.run(segment, |_| {}).unwrap();
+    assert_eq!(pulses.position, machine.nearest_steps(&segment.to_mm));
+    made
+}
+
+#[test]
+fn an_arc_from_an_axis_counts_as_the_paper_has_it() {
+    let machine = kimm();
+    for degrees in 1..=90 {
+        let angle = f64::from(degrees).to_radians();
+        let expected = octant_pulses(8000.0, angle);
+        for (from, sweep) in [(0.0, angle), (PI, angle), (PI / 2.0, -angle)] {
+            let exact = count(&arc(8.0, from, sweep), &machine).unwrap().exact;
+            assert!((exact - expected).abs() < 1e-6, "{degrees} {exact} {expected}");
+        }
+    }
+    // All octants: 4 * sqrt(2) * R.
+    let whole = count(&arc(8.0, 0.3, -TAU), &machine).unwrap();
+    assert_eq!(whole.pulses, 45_255);
+    assert_eq!(whole.command(), [b'P', 0xC7, 0xB0, 0, 0]);
+    assert_eq!(count(&arc(8.0, 0.0, 2.0 * TAU), &machine).unwrap().pulses, 90_510);
+}
+
+#[test]
+fn the_angle_follows_from_chord_and_radius() {
+    // The paper's formula before its octants, whose squares and roots the print lacks:
+    // sin(angle / 2) is half the chord by the radius.
+    for segment in program(include_bytes!("../samples/good/kimm-test.nc"), &kimm()) {
+        let Curve::Arc(arc) = &segment.curve else { continue };
+        let way = [Axis::X, Axis::Y].map(|axis| segment.to_mm[axis] - segment.from_mm[axis]);
+        let chord = way[0].hypot(way[1]);
+        let angle = 2.0 * (0.5 * chord / arc.radius_from_mm).min(1.0).asin();
+        assert!((angle - arc.sweep_rad).abs() < 1e-6, "line {}", segment.line);
+    }
+}
+
+#[test]
+fn the_papers_program_has_these_counts_and_closes_on_itself() {
+    let expected = include_str!("papers/kimm-pulses.csv");
+    for (column, name) in [(1, "kimm"), (2, "kimm-table")] {
+        let machine = Machine::load(name).unwrap();
+        let start = machine.nearest_steps(&machine.work_zero_mm);
+        let mut pulses = Interpolator::new(&machine, start);
+        let program = program(include_bytes!("../samples/good/kimm-test.nc"), &machine);
+        let rows = expected.lines().filter(|line| !line.starts_with('#')).skip(1);
+        assert_eq!(program.len(), 29);
+        for (segment, row) in program.iter().zip(rows) {
+            let cells: Vec<u32> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+            assert_eq!(cells[0], segment.line);
+            assert_eq!(count(segment, &machine).unwrap().pulses, cells[column], "{row}");
+            let made = pulses.run(segment, |_| {}).unwrap();
+            assert!(made.pulses.abs_diff(cells[column].into()) <= 1, "{row} {made:?}");
+            assert!(made.error_pulses <= 0.75, "{row} {made:?}");
+        }
+        assert_eq!(pulses.position, start);
+    }
+}
+
+#[test]
+fn what_the_board_cannot_take_is_refused() {
+    let machine = kimm();
+    let spline = program(b"G91 G5 X10 Y10 I3 J0 P0 Q-3 F100\nM30", &machine);
+    assert_eq!(count(&spline[0], &machine), Err(NoPulses::Spline { line: 1 }));
+    let steep = program(b"G91 G2 X2 Z-9 I1 F100\nM30", &Machine::load("ideal").unwrap());
+    let refused = count(&steep[0], &Machine::load("ideal").unwrap()).unwrap_err();
+    assert!(refused.to_string().ends_with("the helix is too steep"), "{refused}");
+    let turns = arc(4000.0, 0.0, 200.0 * TAU);
+    let refused = count(&turns, &machine).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "line 1: 4525483400 pulses, and the command has room for 4294967295"
+    );
+}
+
+proptest! {
+    /// Every arc is followed within a pulse and met at its end, in about as many pulses as are counted.
+    #[test]
+    fn no_pulse_leaves_the_curve_by_more_than_one(
+        radius_mm in 0.002..3.0_f64, angle in -4.0..4.0_f64, sweep in -9.0..9.0_f64,
+    ) {
+        prop_assume!(sweep.abs() * radius_mm > 0.003);
+        let (machine, segment) = (kimm(), arc(radius_mm, angle, sweep));
+        let counted = count(&segment, &machine).unwrap();
+        let made = run(&segment, &machine);
+        prop_assert!(made.error_pulses <= 1.0, "{made:?}");
+        let changes = 2.0 + sweep.abs() / (PI / 4.0);
+        prop_assert!((made.pulses as f64 - counted.exact).abs() <= changes, "{made:?} {counted:?}");
+    }
+
+    /// Lines and helices too, on axes with pulses of different size.
+    #[test]
+    fn nor_do_those_of_lines_and_helices(
+        x in -9.0..9.0_f64, y in -9.0..9.0_f64, z in -3.0..3.0_f64, radius in 5.0..9.0_f64,
+    ) {
+        let mut machine = Machine::load("starmill").unwrap();
+        machine.axes[1].steps_per_mm = 250.0;
+        let text = format!("G91 G1 X{x:.3} Y{y:.3} Z{z:.3} F100\nG2 X{x:.3} Y{y:.3} Z{z:.3} R{radius:.3}\nM30");
+        prop_assume!(x.hypot(y) > 0.1 && x.hypot(y) < 1.9 * radius);
+        for segment in program(text.as_bytes(), &machine) {
+            if matches!(count(&segment, &machine), Err(NoPulses::Steep { .. })) {
+                continue;
+            }
+            let made = run(&segment, &machine);
+            prop_assert!(made.error_pulses <= 1.0, "{made:?} {segment:?}");
+            for axis in [Axis::X, Axis::Y, Axis::Z] {
+                prop_assert!(made.axis_pulses[axis] <= made.pulses);
+            }
+        }
+    }
+}
