@@ -1,6 +1,7 @@
 //! `cnc interpolate`: plans a program and interpolates it to steps; the command dump, or a summary.
 
 mod difference;
+mod pulses;
 mod seams;
 mod speeds;
 mod times;
@@ -78,6 +79,8 @@ enum Method {
     C,
     /// The nodes, by difference equations: a report of these and of their drift
     B,
+    /// A board, pulse by pulse: a report of its pulses and of their error, beside the host's
+    Pulse,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -99,11 +102,11 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
-    if args.method == Method::C && (args.svg.is_some() || args.word.is_any()) {
-        return Err(anyhow!("--svg and a node's word belong to --method b").into());
-    }
-    if args.method == Method::B {
+    if args.method != Method::C {
         return by_nodes(args, &program, global);
+    }
+    if args.svg.is_some() || args.word.is_any() {
+        return Err(anyhow!("--svg and a node's word need --method b").into());
     }
     if args.encoder == Encoder::Thesis && args.report.is_any() {
         return Err(anyhow!("--encoder thesis plans nothing that could be told of").into());
@@ -143,10 +146,17 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     Ok(Exit::Ok)
 }
 
-/// `--method b`.
+/// `--method b` and `--method pulse`.
 fn by_nodes(args: &Args, program: &Program, global: &Global) -> Outcome {
     if args.report.is_any() || args.encoder == Encoder::Thesis {
-        return Err(anyhow!("--method b makes no ticks that could be reported or encoded").into());
+        let reason = "these methods make no ticks that could be reported or encoded";
+        return Err(anyhow!(reason).into());
+    }
+    if args.method == Method::Pulse {
+        if args.csv || args.word.is_any() {
+            return Err(anyhow!("--csv and a node's word need --method b").into());
+        }
+        return pulses::report(program, global.json, args.svg.as_ref());
     }
     let wanted = difference::Wanted {
         word: &args.word,
