@@ -12,6 +12,7 @@ Examples:
   cnc interpolate part.nc                    time, ticks, extents, seams
   cnc interpolate part.nc --csv -o part.csv  the steps of every tick
   cnc verify part.nc part.csv                are those steps the programmed path?
+  cnc cut part.nc --tool end-mill-6 --material steel-c45   does the spindle carry its feeds?
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
   cnc replay job.jsonl part.nc               how far each axis got when the link was lost
@@ -72,6 +73,7 @@ pub enum Command {
     Interpret(cmd::interpret::Args),
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
+    Cut(cmd::cut::Args),
     Send(cmd::send::Args),
     Replay(cmd::replay::Args),
     Jog(cmd::jog::Args),

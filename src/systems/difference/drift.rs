@@ -28,11 +28,11 @@ impl Needs {
     }
 
     /// Words to compare: from no bit behind the point to so many that a rounding in every tick, each
-    /// of up to four parts, comes to less than half a step.
+    /// of up to four parts, comes to less than half a step; 32 bits are among them.
     pub fn words(&self, rounding: Rounding) -> Vec<Word> {
         let least = 1 + self.range.position_bits();
         let enough = least + (64 - self.ticks.leading_zeros()) + 4;
-        let words = least..=enough.min(WORD_BITS_MAX);
+        let words = least..=enough.clamp(32, WORD_BITS_MAX);
         words.filter_map(|bits| self.range.word(bits, rounding)).collect()
     }
 }

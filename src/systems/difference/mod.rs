@@ -11,6 +11,9 @@
 //! and C have their ratio too. E and G are 1, F and H the way a tick. All other axes of an arc go as a
 //! line does.
 //!
+//! The seed's own host took sin δ for δ and cos δ for 1 (eq. 6.9 to 6.12): [`Constants::SmallAngle`], whose
+//! circles grow by half of δ² at every step.
+//!
 //! The equations advance by the same share of the segment in every tick, so a segment runs at one feed:
 //! the seed has no ramps (the motor drivers made them, note 2 of chapter 7). So it is here. A segment
 //! takes whole ticks, rounded up: its feed is what was asked for, or a little less, and its end is met.
@@ -33,6 +36,16 @@ const CHORDS_MAX: u32 = 1 << 16;
 
 /// What rounding may add to a whole number of ticks.
 const WHOLE: f64 = 1e-9;
+
+/// How the constants of an arc are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Constants {
+    /// By sine and cosine of the angle a tick (eq. 6.8).
+    #[default]
+    Exact,
+    /// By the angle itself, and 1 (eq. 6.11 and 6.12).
+    SmallAngle,
+}
 
 /// The equations of one segment, as the host sends them.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,16 +79,15 @@ impl Turn {
 }
 
 /// The equations of a segment on a machine; those of a spline chord by chord.
-pub fn equations(segment: &Segment, machine: &Machine) -> Vec<Equations> {
-    match &segment.curve {
-        Curve::Line | Curve::Arc(_) => vec![equations_of(segment.clone(), machine)],
-        Curve::Spline(_) => {
-            chords(segment, machine).into_iter().map(|chord| equations_of(chord, machine)).collect()
-        }
-    }
+pub fn equations(segment: &Segment, machine: &Machine, constants: Constants) -> Vec<Equations> {
+    let pieces = match &segment.curve {
+        Curve::Line | Curve::Arc(_) => vec![segment.clone()],
+        Curve::Spline(_) => chords(segment, machine),
+    };
+    pieces.into_iter().map(|piece| equations_of(piece, machine, constants)).collect()
 }
 
-fn equations_of(segment: Segment, machine: &Machine) -> Equations {
+fn equations_of(segment: Segment, machine: &Machine, constants: Constants) -> Equations {
     let length_mm = segment.length_mm();
     let exact_ticks = length_mm / speed_mm_s(&segment, machine) / machine.bus.tick_s();
     let ticks = ((exact_ticks * (1.0 - WHOLE)).ceil() as u64).max(1);
@@ -88,7 +100,11 @@ fn equations_of(segment: Segment, machine: &Machine) -> Equations {
             let [x, y] = arc.plane.axes();
             (way_steps[x], way_steps[y]) = (0.0, 0.0);
             let shrink = (arc.radius_to_mm / arc.radius_from_mm).powf(1.0 / ticks as f64);
-            let (sin, cos) = (arc.sweep_rad / ticks as f64).sin_cos();
+            let angle_rad = arc.sweep_rad / ticks as f64;
+            let (sin, cos) = match constants {
+                Constants::Exact => angle_rad.sin_cos(),
+                Constants::SmallAngle => (angle_rad, 1.0),
+            };
             let ratio = scale[x] / scale[y];
             Some(Turn {
                 plane: arc.plane,
@@ -108,14 +124,7 @@ pub fn steps_per_mm(machine: &Machine) -> AxisMap<f64> {
 
 /// The feed, or as much as the axes that move can do.
 fn speed_mm_s(segment: &Segment, machine: &Machine) -> f64 {
-    let shares = segment.axis_speeds();
-    let of_axis = machine.axes.iter().filter_map(|profile| {
-        let share = shares[profile.axis];
-        let count = f64::from(machine.count_max(profile));
-        let greatest_mm_s = count / profile.steps_per_mm / machine.bus.tick_s();
-        (share > 0.0).then(|| greatest_mm_s.min(profile.speed_max_mm_s) / share)
-    });
-    of_axis.fold(segment.feed_mm_s.unwrap_or(f64::INFINITY), f64::min)
+    super::axes_speed_mm_s(segment, machine).min(segment.feed_mm_s.unwrap_or(f64::INFINITY))
 }
 
 /// How much the speed of every axis changes at once where a segment begins, in mm/s: at rest before

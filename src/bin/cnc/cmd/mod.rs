@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub mod cut;
 pub mod explain;
 pub mod home;
 pub mod interpolate;

@@ -12,7 +12,7 @@ use cnc::path::PathItem;
 use cnc::plot::{Along, Chart, Curve, Limit, Scale};
 use cnc::systems::difference::drift::{DRIFT_MAX_STEPS, Drift, Needs, Run, Runs, least_word};
 use cnc::systems::difference::node::{Rounding, WORD_BITS_MAX, Word};
-use cnc::systems::difference::{Equations, equations, jump, steps_per_mm};
+use cnc::systems::difference::{Constants, Equations, equations, jump, steps_per_mm};
 use serde_json::{Map, Value, json};
 
 use crate::exit::{Exit, Failure, Outcome};
@@ -41,6 +41,17 @@ pub struct WordArgs {
     /// What becomes of further bits (method b) [default: nearest]
     #[arg(long, value_enum)]
     rounding: Option<RoundingArg>,
+    /// How the constants of arcs are made (method b) [default: exact]
+    #[arg(long, value_enum)]
+    constants: Option<ConstantsArg>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ConstantsArg {
+    /// By sine and cosine of the angle a tick
+    Exact,
+    /// By the angle itself, and 1, as the seed's first host did
+    SmallAngle,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -53,7 +64,15 @@ enum RoundingArg {
 
 impl WordArgs {
     pub fn is_any(&self) -> bool {
-        self.word_bits.is_some() || self.fraction_bits.is_some() || self.rounding.is_some()
+        let bits = self.word_bits.is_some() || self.fraction_bits.is_some();
+        bits || self.rounding.is_some() || self.constants.is_some()
+    }
+
+    fn constants(&self) -> Constants {
+        match self.constants {
+            None | Some(ConstantsArg::Exact) => Constants::Exact,
+            Some(ConstantsArg::SmallAngle) => Constants::SmallAngle,
+        }
     }
 
     fn rounding(&self) -> Rounding {
@@ -108,6 +127,7 @@ pub fn report(program: &Program, wanted: &Wanted<'_>) -> Outcome {
 /// A program whose nodes run equations.
 struct Study<'p> {
     program: &'p Program,
+    constants: Constants,
     needs: Needs,
     word: Word,
     /// Words to compare, in order of their length; the chosen one is among them or not.
@@ -120,7 +140,7 @@ impl<'p> Study<'p> {
     fn new(program: &'p Program, args: &WordArgs) -> Result<Result<Study<'p>, String>, Failure> {
         let scale = steps_per_mm(&program.machine);
         let mut needs = Needs::default();
-        each_segment(program, |piece| {
+        each_segment(program, args.constants(), |piece| {
             needs.include(piece, &scale);
             Ok(())
         })?;
@@ -134,7 +154,8 @@ impl<'p> Study<'p> {
             return Ok(Err(refusal(&needs, bits, fraction_bits)));
         };
         let words = needs.words(rounding);
-        Ok(Ok(Study { program, needs, word, words, compared: OnceCell::new() }))
+        let constants = args.constants();
+        Ok(Ok(Study { program, constants, needs, word, words, compared: OnceCell::new() }))
     }
 
     fn runs(&self, words: &[Word]) -> Runs {
@@ -147,7 +168,7 @@ impl<'p> Study<'p> {
             return Ok(compared);
         }
         let mut runs = self.runs(&self.words);
-        each_segment(self.program, |piece| {
+        each_segment(self.program, self.constants, |piece| {
             runs.segment(piece, |_, _| {});
             Ok(())
         })?;
@@ -166,7 +187,7 @@ impl<'p> Study<'p> {
         axes.iter().try_for_each(|axis| write!(out, ",{axis}"))?;
         writeln!(out)?;
         let mut runs = self.runs(&[self.word]);
-        each_segment(self.program, |piece| {
+        each_segment(self.program, self.constants, |piece| {
             let mut written = Ok(());
             runs.segment(piece, |tick, runs| {
                 let drift = &runs[0].last_steps;
@@ -200,6 +221,9 @@ impl<'p> Study<'p> {
             word.constant_bits,
             rounding(word.rounding)
         )?;
+        if self.constants == Constants::SmallAngle {
+            writeln!(out, "arcs      by small angles: A and D are 1, B and C the angle a tick")?;
+        }
         writeln!(out)?;
         writeln!(
             out,
@@ -269,7 +293,7 @@ impl<'p> Study<'p> {
         runs: &mut Runs,
         mut row: impl FnMut(&Equations, f64, f64) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
-        each_segment(self.program, |piece| {
+        each_segment(self.program, self.constants, |piece| {
             let mut most = 0.0_f64;
             let mut end = 0.0;
             runs.segment(piece, |_, runs| {
@@ -320,6 +344,7 @@ impl<'p> Study<'p> {
             "word_bits": self.word.bits,
             "fraction_bits": self.word.fraction_bits,
             "constant_bits": self.word.constant_bits,
+            "constants": match self.constants { Constants::Exact => "exact", Constants::SmallAngle => "small-angle" },
             "rounding": match self.word.rounding { Rounding::Nearest => "nearest", Rounding::Down => "down" },
             "drift_max_steps": six_digits(greatest.steps),
             "worst": {"tick": greatest.tick, "line": greatest.line},
@@ -350,7 +375,7 @@ impl<'p> Study<'p> {
         let mut points: Vec<Vec<[f64; 2]>> = vec![Vec::new(); words.len()];
         let mut most = vec![0.0_f64; words.len()];
         let mut runs = self.runs(&words);
-        each_segment(self.program, |piece| {
+        each_segment(self.program, self.constants, |piece| {
             runs.segment(piece, |tick, runs| {
                 for (most, run) in most.iter_mut().zip(runs) {
                     *most = most.max(magnitude(&run.last_steps));
@@ -403,13 +428,14 @@ impl Jumps {
 
 fn each_segment(
     program: &Program,
+    constants: Constants,
     mut take: impl FnMut(&Equations) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     for item in program.path() {
         let item = item
             .map_err(|error| anyhow!("{error}").context("the program changed while it was read"))?;
         if let PathItem::Segment(segment) = item {
-            equations(&segment, &program.machine).iter().try_for_each(&mut take)?;
+            equations(&segment, &program.machine, constants).iter().try_for_each(&mut take)?;
         }
     }
     Ok(())
