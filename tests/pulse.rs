@@ -2,11 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
+use assert_cmd::Command;
+
 use cnc::base::{Axis, Machine, Point, Source};
 use cnc::interp::{Corner, Options, motions};
 use cnc::path::{Arc, Curve, PathItem, Segment, segments};
 use cnc::systems::pulse::{Interpolator, Made, NoPulses, count, octant_pulses};
 use proptest::prelude::*;
+use serde_json::Value;
 
 fn kimm() -> Machine {
     Machine::load("kimm").unwrap()
@@ -157,5 +160,93 @@ proptest! {
                 prop_assert!(made.axis_pulses[axis] <= made.pulses);
             }
         }
+    }
+}
+
+/// Runs `cnc`: exit code and both streams.
+fn cnc(args: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("cnc")
+        .unwrap()
+        .env_remove("CNC_MACHINE")
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(args)
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+const KIMM_TEST: &str = "samples/good/kimm-test.nc";
+
+#[test]
+fn the_command_lists_counts_with_their_commands() {
+    let (code, out, _) = cnc(&["interpret", KIMM_TEST, "-m", "kimm", "--fp", "--json"]);
+    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((code, lines.len()), (0, 29));
+    assert_eq!(
+        lines[1].to_string(),
+        r#"{"command":"50322C0000","fp":11314,"line":6,"n":2,"type":"arc","way_pulses":11313.708499}"#
+    );
+    let (_, out, _) = cnc(&["interpret", KIMM_TEST, "-m", "kimm", "--fp"]);
+    assert!(out.contains("50 32 2C 00 00") && out.ends_with("in 29 blocks\n"), "{out}");
+    let (code, out, err) = cnc(&["interpret", "samples/good/nurbs.nc", "--fp"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(err.contains("takes lines and arcs only"), "{err}");
+}
+
+#[test]
+fn pulses_and_ticks_make_the_same_steps_within_a_pulse() {
+    let folder = tempfile::tempdir().unwrap();
+    let svg = folder.path().join("error.svg");
+    let drawing = ["--svg", svg.to_str().unwrap()];
+    let method = ["interpolate", KIMM_TEST, "-m", "kimm", "--method", "pulse", "--json"];
+    let (code, out, err) = cnc(&[&method[..], &drawing].concat());
+    assert_eq!(code, 0, "{err}");
+    let report: Value = serde_json::from_str(&out).unwrap();
+    let (pulses, ticks) = (&report["by_pulses"], &report["by_ticks"]);
+    assert_eq!(pulses["axis_pulses"], ticks["axis_pulses"]);
+    assert!(pulses["error_pulses"].as_f64().unwrap() <= 0.5);
+    assert!(ticks["error_pulses"].as_f64().unwrap() <= 1.0);
+    assert!(std::fs::read_to_string(&svg).unwrap().contains("distance from the curve, pulses"));
+    for option in ["--csv", "--times", "--word-bits=16"] {
+        assert_eq!(cnc(&["interpolate", KIMM_TEST, "--method", "pulse", option]).0, 2, "{option}");
+    }
+    assert_eq!(cnc(&["interpolate", KIMM_TEST, "--svg", "x.svg"]).0, 2);
+}
+
+#[test]
+fn the_limits_of_the_control_are_diagnostics() {
+    // 5.45 m/min on lines, 2.85 on arcs at 1 µm; 2.5 times as much with the table.
+    for (machine, line, arc) in [("kimm", 5450.0, 2850.0), ("kimm-table", 13_625.0, 7125.0)] {
+        for (motion, most) in
+            [("G1 X5", line), ("G3 X5 Y5 J5", arc), ("G5 X9 Y9 I3 Q-3 P0 J0", arc)]
+        {
+            for (feed, rules) in [(most, &[][..]), (most + 1.0, &["pulse-rate"])] {
+                let folder = tempfile::tempdir().unwrap();
+                let file = folder.path().join("part.nc");
+                std::fs::write(&file, format!("G91 G17\n{motion} F{feed}\n{motion}\nM30\n"))
+                    .unwrap();
+                let (code, out, _) =
+                    cnc(&["interpret", file.to_str().unwrap(), "-m", machine, "--json"]);
+                let lines = out.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+                let found: Vec<Value> = lines.filter(|line| line["type"] == "error").collect();
+                let found: Vec<&str> =
+                    found.iter().filter_map(|line| line["rule"].as_str()).collect();
+                assert_eq!(
+                    (found.as_slice(), code),
+                    (rules, rules.len() as i32),
+                    "{motion} F{feed}"
+                );
+            }
+        }
+    }
+    // 23 bits of pulses: 8.388607 m.
+    for (x, code) in [("8388.607", 0), ("8388.608", 1)] {
+        let block = format!("G53 G0 X{x}\nM30\n");
+        let file = tempfile::NamedTempFile::with_suffix(".nc").unwrap();
+        std::fs::write(&file, block).unwrap();
+        let (found, _, err) = cnc(&["interpret", file.path().to_str().unwrap(), "-m", "kimm"]);
+        assert_eq!(found, code, "{err}");
+        assert_eq!(err.contains("limit-x-max"), code == 1, "{err}");
     }
 }
