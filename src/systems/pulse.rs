@@ -380,15 +380,15 @@ struct PulseArc<'a> {
 }
 
 impl PulseArc<'_> {
-    /// From the centre, in mm.
-    fn from_center_mm(&self, position: &AxisMap<i64>) -> [f64; 2] {
+    /// A position as seen from the centre, in mm.
+    fn center_to_mm(&self, position: &AxisMap<i64>) -> [f64; 2] {
         let axes = self.arc.plane.axes();
         [0, 1].map(|i| position[axes[i]] as f64 / self.scale[i] - self.arc.center_mm[i])
     }
 
     /// The share of the sweep at a position of a stretch.
     fn share(&self, position: &AxisMap<i64>, stretch: &Stretch) -> f64 {
-        let [x, y] = self.from_center_mm(position);
+        let [x, y] = self.center_to_mm(position);
         let middle = 0.5 * (stretch.shares[0] + stretch.shares[1]);
         let turned = y.atan2(x) - (self.arc.angle_from_rad + self.arc.sweep_rad * middle);
         let near = turned - (turned / TAU).round() * TAU;
@@ -397,7 +397,7 @@ impl PulseArc<'_> {
 
     /// How far outside of the curve a position lies, in mm.
     fn radial_mm(&self, position: &AxisMap<i64>, stretch: &Stretch) -> f64 {
-        let [x, y] = self.from_center_mm(position);
+        let [x, y] = self.center_to_mm(position);
         let (from, to) = (self.arc.radius_from_mm, self.arc.radius_to_mm);
         let share = if from == to { 0.0 } else { self.share(position, stretch) };
         x.hypot(y) - (from + (to - from) * share)
