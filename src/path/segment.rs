@@ -101,10 +101,7 @@ impl Segment {
         if share >= 1.0 {
             return self.to_mm;
         }
-        let mut point = AxisMap([0.0; AXES]);
-        for i in 0..AXES {
-            point.0[i] = self.from_mm.0[i] + (self.to_mm.0[i] - self.from_mm.0[i]) * share;
-        }
+        let mut point = self.line_at(share);
         if let Curve::Arc(arc) = &self.curve {
             let [first, second] = arc.plane.axes();
             [point[first], point[second]] = arc.point_at(share);
@@ -112,6 +109,21 @@ impl Segment {
         if let Curve::Spline(spline) = &self.curve {
             let at = spline.point_at(share * spline.length_mm());
             Axis::LINEAR.into_iter().zip(at).for_each(|(axis, at)| point[axis] = at);
+        }
+        point
+    }
+
+    /// Position after a share of the straight way between the ends: of the axes in which it is straight.
+    pub fn line_at(&self, share: f64) -> Point {
+        if share <= 0.0 {
+            return self.from_mm;
+        }
+        if share >= 1.0 {
+            return self.to_mm;
+        }
+        let mut point = AxisMap([0.0; AXES]);
+        for i in 0..AXES {
+            point.0[i] = self.from_mm.0[i] + (self.to_mm.0[i] - self.from_mm.0[i]) * share;
         }
         point
     }

@@ -40,7 +40,7 @@ mod survey;
 pub use bound::Bound;
 pub use clock::Moment;
 pub use explain::{BlockSpeed, Explainer, explain};
-pub use ramp::Ramp;
+pub use ramp::{Leg, Ramp};
 pub use schedule::Planner;
 pub use seams::{Seam, SeamKind, Seams, place};
 pub use survey::{NextBest, SeamCost, SeamReport, survey};
@@ -95,7 +95,7 @@ pub struct Profile {
 
 impl Profile {
     /// Share of the piece done at a tick boundary between its start and end; 1 exactly at its end.
-    pub fn share_at(&self, boundary: u64, tick_s: f64) -> f64 {
+    fn share_at(&self, boundary: u64, tick_s: f64) -> f64 {
         if boundary == self.end.tick && self.end.share == 0.0 {
             return 1.0;
         }

@@ -25,11 +25,11 @@ pub struct Ramp {
 }
 
 /// The legs, in order. As many as a trapezoid has are kept in place: most pieces have no more.
-type Legs = SmallVec<[Leg; 3]>;
+type Legs = SmallVec<[Start; 3]>;
 
-/// From its start on, one jerk.
+/// From here on, one jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Leg {
+struct Start {
     start_s: f64,
     start_mm: f64,
     speed_mm_s: f64,
@@ -37,9 +37,28 @@ struct Leg {
     jerk_mm_s3: f64,
 }
 
+impl Start {
+    fn trapezoid(start_s: f64, start_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> Start {
+        Start { start_s, start_mm, speed_mm_s, accel_mm_s2, jerk_mm_s3: 0.0 }
+    }
+}
+
+/// A part of a ramp with one jerk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    start: Start,
+    /// When it ends, counted from the start of the ramp.
+    pub end_s: f64,
+}
+
 impl Leg {
-    fn trapezoid(start_s: f64, start_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> Leg {
-        Leg { start_s, start_mm, speed_mm_s, accel_mm_s2, jerk_mm_s3: 0.0 }
+    /// How far along the ramp at a time after the ramp's start that lies in the leg.
+    #[inline]
+    pub fn distance_mm(&self, time_s: f64) -> f64 {
+        let leg = &self.start;
+        let since_s = (time_s - leg.start_s).max(0.0);
+        let gain_mm_s = (0.5 * leg.accel_mm_s2 + leg.jerk_mm_s3 / 6.0 * since_s) * since_s;
+        leg.start_mm + (leg.speed_mm_s + gain_mm_s) * since_s
     }
 }
 
@@ -65,9 +84,9 @@ impl Ramp {
             length_mm,
             duration_s: down_start_s + down_s,
             legs: smallvec![
-                Leg::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2),
-                Leg::trapezoid(up_s, up_mm, peak_mm_s, 0.0),
-                Leg::trapezoid(down_start_s, up_mm + cruise_mm, peak_mm_s, -accel_mm_s2),
+                Start::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2),
+                Start::trapezoid(up_s, up_mm, peak_mm_s, 0.0),
+                Start::trapezoid(down_start_s, up_mm + cruise_mm, peak_mm_s, -accel_mm_s2),
             ],
         }
     }
@@ -76,7 +95,7 @@ impl Ramp {
     pub fn steady(length_mm: f64, [entry_mm_s, exit_mm_s]: [f64; 2]) -> Ramp {
         let duration_s = 2.0 * length_mm / (entry_mm_s + exit_mm_s);
         let accel_mm_s2 = (exit_mm_s - entry_mm_s) / duration_s;
-        let leg = Leg::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2);
+        let leg = Start::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2);
         Ramp { length_mm, duration_s, legs: smallvec![leg] }
     }
 
@@ -84,7 +103,7 @@ impl Ramp {
     pub fn along(length_mm: f64, stretches: &[Stretch]) -> Ramp {
         let (mut start_s, mut start_mm) = (0.0, 0.0);
         let mut leg = |stretch: &Stretch| {
-            let leg = Leg {
+            let leg = Start {
                 start_s,
                 start_mm,
                 speed_mm_s: stretch.from.speed_mm_s,
@@ -141,18 +160,17 @@ impl Ramp {
         self.length_mm
     }
 
-    /// The leg under way at a time. Most ramps have three at most: these are gone through from behind.
-    fn leg_at(&self, time_s: f64) -> &Leg {
+    /// The leg under way at a time after the start.
+    pub fn leg_at(&self, time_s: f64) -> Leg {
         let legs = self.legs.as_slice();
-        match legs {
-            [.., last] if time_s >= last.start_s => last,
-            [_, middle, _] if time_s >= middle.start_s => middle,
-            [first] | [first, _] | [first, _, _] => first,
-            many => {
-                let next = many.partition_point(|leg| leg.start_s <= time_s);
-                &many[next.saturating_sub(1)]
-            }
-        }
+        let next = match legs {
+            [_, second, ..] if time_s < second.start_s => 1,
+            [_, _, third] if time_s < third.start_s => 2,
+            many if many.len() <= 3 => many.len(),
+            many => many.partition_point(|leg| leg.start_s <= time_s).max(1),
+        };
+        let end_s = legs.get(next).map_or(self.duration_s, |next| next.start_s);
+        Leg { start: legs[next - 1], end_s }
     }
 
     /// How far along the piece at a time after its start.
@@ -160,10 +178,7 @@ impl Ramp {
         if time_s >= self.duration_s {
             return self.length_mm;
         }
-        let leg = self.leg_at(time_s);
-        let since_s = (time_s - leg.start_s).max(0.0);
-        let gain_mm_s = (0.5 * leg.accel_mm_s2 + leg.jerk_mm_s3 / 6.0 * since_s) * since_s;
-        let distance_mm = leg.start_mm + (leg.speed_mm_s + gain_mm_s) * since_s;
+        let distance_mm = self.leg_at(time_s).distance_mm(time_s);
         distance_mm.min(self.length_mm)
     }
 }

@@ -10,6 +10,7 @@
 //!
 //! This stage plans nothing: where the machine is at a boundary is the profile's answer.
 
+mod course;
 mod summary;
 pub mod thesis;
 mod times;
@@ -21,8 +22,8 @@ use std::iter::Fuse;
 
 use crate::base::axis::AXES;
 use crate::base::{Axis, AxisMap, Command, Machine, Point, Tick};
-use crate::path::Curve;
-use crate::plan::{Moment, Planned, Profile};
+use crate::plan::{Moment, Planned};
+use course::Course;
 
 /// How many axes X, Y and Z are: the first three.
 const XYZ: usize = Axis::LINEAR.len();
@@ -41,7 +42,7 @@ where
         has_xyz_only: machine.axes.iter().all(|profile| (profile.axis as usize) < XYZ),
         steps: machine.nearest_steps(&start_mm),
         done: 0,
-        track: None,
+        course: None,
         waiting: None,
     }
 }
@@ -61,7 +62,7 @@ pub struct Interpolator<I> {
     /// Ticks given out.
     done: u64,
     /// The profile under way; it may have ended within the tick that comes next.
-    track: Option<Track>,
+    course: Option<Course>,
     /// What the plan brought before the tick under way was over.
     waiting: Option<Planned>,
 }
@@ -69,21 +70,40 @@ pub struct Interpolator<I> {
 impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
     type Item = Result<Command, E>;
 
+    #[inline]
     fn next(&mut self) -> Option<Self::Item> {
+        let boundary = self.done + 1;
+        if let Some(course) = &self.course
+            && course.holds(boundary)
+        {
+            let (tick_s, steps_per_mm) = (self.tick_s, &self.steps_per_mm);
+            let tick = if self.has_xyz_only {
+                let steps = course.steps_at::<XYZ>(boundary, tick_s, steps_per_mm);
+                self.tick_to(steps)
+            } else {
+                let steps = course.steps_at::<AXES>(boundary, tick_s, steps_per_mm);
+                self.tick_to(steps)
+            };
+            return Some(Ok(Command::Tick(tick)));
+        }
+        self.next_leg()
+    }
+}
+
+impl<E, I: Iterator<Item = Result<Planned, E>>> Interpolator<I> {
+    /// The first boundary of the next leg, or what lies between it and the last one.
+    #[inline(never)]
+    fn next_leg(&mut self) -> Option<Result<Command, E>> {
         loop {
-            if let Some(track) = &self.track
-                && self.done < track.profile.end.tick
-            {
-                let tick = if self.has_xyz_only {
-                    let steps =
-                        track.steps_at::<XYZ>(self.done + 1, self.tick_s, &self.steps_per_mm);
-                    self.tick_to(steps)
-                } else {
-                    let steps =
-                        track.steps_at::<AXES>(self.done + 1, self.tick_s, &self.steps_per_mm);
-                    self.tick_to(steps)
-                };
-                return Some(Ok(Command::Tick(tick)));
+            let boundary = self.done + 1;
+            if let Some(course) = &mut self.course {
+                if course.go_on(boundary, self.tick_s) {
+                    return self.next();
+                }
+                if boundary == course.profile().end.tick {
+                    let steps = course.end_steps(&self.steps_per_mm);
+                    return Some(Ok(Command::Tick(self.tick_to(steps))));
+                }
             }
             let next = match self.waiting.take() {
                 Some(next) => Some(next),
@@ -101,7 +121,7 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
                 Planned::Event(event) => return Some(Ok(Command::Event(event))),
                 Planned::Seam(_) => {}
                 Planned::Profile(profile) => {
-                    self.track = Some(Track::new(profile, &self.steps_per_mm))
+                    self.course = Some(Course::new(profile, &self.steps_per_mm))
                 }
             }
         }
@@ -111,7 +131,8 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
 impl<I> Interpolator<I> {
     /// Whether the tick in which the last profile ended is over before what comes next begins.
     fn rests_before(&self, next: Option<&Planned>) -> bool {
-        let unfinished = self.track.as_ref().is_some_and(|track| track.profile.end.share > 0.0);
+        let unfinished =
+            self.course.as_ref().is_some_and(|course| course.profile().end.share > 0.0);
         unfinished
             && match next {
                 Some(Planned::Profile(next)) => next.start >= Moment::at(self.done + 1),
@@ -121,13 +142,14 @@ impl<I> Interpolator<I> {
 
     /// The tick in which the last profile ended, at rest there until its boundary.
     fn last_tick(&mut self) -> Option<Tick> {
-        let steps = self.track.as_ref()?.to_steps;
-        let tick = self.tick_to(steps.0);
-        self.track = None;
+        let steps = self.course.as_ref()?.end_steps(&self.steps_per_mm);
+        let tick = self.tick_to(steps);
+        self.course = None;
         Some(tick)
     }
 
     /// The steps from the last boundary to a position, given in steps not yet rounded.
+    #[inline]
     fn tick_to<const N: usize>(&mut self, exact_steps: [f64; N]) -> Tick {
         let mut counts = AxisMap::default();
         for (i, exact) in exact_steps.into_iter().enumerate() {
@@ -136,59 +158,12 @@ impl<I> Interpolator<I> {
             self.steps.0[i] = steps;
         }
         self.done += 1;
-        let (buffer, line) = match &self.track {
-            Some(Track { profile, .. }) => (profile.buffer, profile.segment.line),
-            None => (0, 0),
-        };
+        let (buffer, line) = self.course.as_ref().map_or((0, 0), |course| {
+            let profile = course.profile();
+            (profile.buffer, profile.segment.line)
+        });
         Tick { buffer, line, counts }
     }
-}
-
-/// A profile under way, with what is the same in all its ticks.
-#[derive(Debug)]
-struct Track {
-    profile: Box<Profile>,
-    /// Ends of the piece, in steps.
-    from_steps: AxisMap<f64>,
-    to_steps: AxisMap<f64>,
-}
-
-impl Track {
-    fn new(profile: Box<Profile>, steps_per_mm: &AxisMap<f64>) -> Track {
-        let from_steps = in_steps(&profile.start_mm(), steps_per_mm);
-        let to_steps = in_steps(&profile.end_mm(), steps_per_mm);
-        Track { profile, from_steps, to_steps }
-    }
-
-    /// Position at a boundary before the piece's end, or at it. On a line the way between the
-    /// ends is shared out, which is three times as fast as to ask the segment.
-    fn steps_at<const N: usize>(
-        &self,
-        boundary: u64,
-        tick_s: f64,
-        steps_per_mm: &AxisMap<f64>,
-    ) -> [f64; N] {
-        let Curve::Line = self.profile.segment.curve else {
-            let position_mm = self.profile.position_at(boundary, tick_s);
-            return std::array::from_fn(|i| position_mm.0[i] * steps_per_mm.0[i]);
-        };
-        let share = self.profile.share_at(boundary, tick_s);
-        if share >= 1.0 {
-            return std::array::from_fn(|i| self.to_steps.0[i]);
-        }
-        std::array::from_fn(|i| {
-            let from = self.from_steps.0[i];
-            from + (self.to_steps.0[i] - from) * share
-        })
-    }
-}
-
-fn in_steps(position_mm: &Point, steps_per_mm: &AxisMap<f64>) -> AxisMap<f64> {
-    let mut steps = AxisMap::default();
-    for i in 0..AXES {
-        steps.0[i] = position_mm.0[i] * steps_per_mm.0[i];
-    }
-    steps
 }
 
 /// Nearest whole number, halves to even, of a magnitude below 2^51. As `round_ties_even`, which

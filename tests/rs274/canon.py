@@ -10,6 +10,13 @@ CALL = re.compile(r"^\s*\d+ N\S+\s+(\w+)\((.*)\)\s*$")
 PLANES = {"CANON_PLANE_XY": "XY", "CANON_PLANE_YZ": "YZ", "CANON_PLANE_XZ": "ZX"}
 # Where ARC_FEED's first, second and across coordinates belong, by plane.
 ARC_AXES = {"XY": (0, 1, 2), "YZ": (1, 2, 0), "ZX": (2, 0, 1)}
+# How far places may lie apart, in mm; both sides print nine decimals or more.
+CLOSE_MM = 1e-6
+# And in contours that are turned: where two arcs touch, a rounding of 1e-14 moves the place where they meet
+# by the root of it, and either side has such places.
+CLOSE_TURNED_MM = 2e-6
+# A straight move shorter than this is none: roundings close such gaps on one side alone.
+REST_MM = 1e-5
 
 
 @dataclass
@@ -26,15 +33,13 @@ class Move:
     # Control points of a spline. The reference prints no more of it: where it ends is told by the
     # move that follows.
     points: int = 0
-    # How exactly the reference prints lengths here, in mm: four decimals in program units.
-    digit_mm: float = 1e-4
 
     def __str__(self):
         parts = [self.kind]
         if self.to:
-            parts.append("to " + " ".join(f"{value:.4f}" for value in self.to))
+            parts.append("to " + " ".join(f"{value:.7f}" for value in self.to))
         if self.center:
-            parts.append(f"{self.plane} centre {self.center[0]:.4f} {self.center[1]:.4f}")
+            parts.append(f"{self.plane} centre {self.center[0]:.7f} {self.center[1]:.7f}")
             parts.append(f"turns {self.turns}")
         if self.points:
             parts.append(f"{self.points} points, feed {self.feed:.4f}")
@@ -99,7 +104,7 @@ class Canon:
             back = self.moves[-1].to if self.moves else (0.0, 0.0, 0.0)
             feed = self.pitch * self.rpm
             self.add("line", mm[0:3], feed=feed)
-            self.moves.append(Move("line", to=back, feed=feed, digit_mm=1e-4 * self.scale))
+            self.moves.append(Move("line", to=back, feed=feed))
         elif name == "ARC_FEED":
             self.arc(numbers, mm)
         elif name == "NURBS_FEED":
@@ -123,8 +128,7 @@ class Canon:
         )
 
     def add(self, kind, point, **more):
-        digit_mm = 1e-4 * self.scale
-        self.moves.append(Move(kind, to=self.machine(point), digit_mm=digit_mm, **more))
+        self.moves.append(Move(kind, to=self.machine(point), **more))
 
 
 def reference(text):
@@ -165,22 +169,20 @@ def without_rests(moves):
     kept, at = [], (0.0, 0.0, 0.0)
     for move in moves:
         straight = move.kind in ("rapid", "line")
-        # A digit of what is printed of a program in inches.
-        if not (straight and math.dist(move.to, at) < 2.6e-3):
+        if not (straight and math.dist(move.to, at) < REST_MM):
             kept.append(move)
         at = move.to or at
     return kept
 
 
-def same(a, b):
-    """Whether two moves agree, as exactly as the reference prints them."""
-    # Offsets are printed with as many digits, and are added up here.
-    close_mm = 4.0 * max(a.digit_mm, 1e-4)
+def same(a, b, close_mm):
+    """Whether two moves agree, in places to some mm."""
     points = a.to + a.center, b.to + b.center
     return (
         (a.kind, a.plane, a.turns, a.points) == (b.kind, b.plane, b.turns, b.points)
         and len(points[0]) == len(points[1])
         and all(abs(x - y) <= close_mm for x, y in zip(*points))
-        and abs(a.seconds - b.seconds) <= 1e-4
-        and abs(a.feed - b.feed) <= close_mm + 1e-6 * b.feed
+        and abs(a.seconds - b.seconds) <= 1e-6
+        # The reference prints the lead of a thread with six decimals.
+        and abs(a.feed - b.feed) <= CLOSE_MM + 1e-5 * b.feed
     )
