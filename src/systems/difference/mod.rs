@@ -31,8 +31,8 @@ use crate::path::{Curve, Segment};
 /// A spline's chords leave it by so much of a step at most.
 const CHORD_STEPS: f64 = 0.25;
 
-/// Most chords of one spline.
-const CHORDS_MAX: u32 = 1 << 16;
+/// A stretch of a spline is halved so often at most.
+const HALVED_MAX: u32 = 20;
 
 /// What rounding may add to a whole number of ticks.
 const WHOLE: f64 = 1e-9;
@@ -140,33 +140,38 @@ pub fn jump(before: Option<&Equations>, piece: &Equations, machine: &Machine) ->
     AxisMap::from_fn(|axis| (new[axis] - old[axis]).abs())
 }
 
-/// A spline as lines.
+/// A spline as lines: halved where it leaves its chord.
 fn chords(segment: &Segment, machine: &Machine) -> Vec<Segment> {
     let scale = steps_per_mm(machine);
-    let in_steps = |point: &Point| AxisMap::from_fn(|axis| point[axis] * scale[axis]);
-    let is_near = |count: u32| {
-        let at = |k: f64| in_steps(&segment.point_at(k / f64::from(count)));
-        (0..count).all(|k| {
-            let [from, middle, to] = [0.0, 0.5, 1.0].map(|share| at(f64::from(k) + share));
-            let off_sq: f64 = Axis::ALL
-                .into_iter()
-                .map(|axis| (middle[axis] - 0.5 * (from[axis] + to[axis])).powi(2))
-                .sum();
-            off_sq <= CHORD_STEPS * CHORD_STEPS
+    let is_near = |from: f64, to: f64| {
+        [0.25, 0.5, 0.75].into_iter().all(|part| {
+            let place = segment.point_at(from + part * (to - from));
+            let [start, end] = [from, to].map(|share| segment.point_at(share));
+            let off = |axis: Axis| {
+                let chord = start[axis] + part * (end[axis] - start[axis]);
+                (place[axis] - chord) * scale[axis]
+            };
+            Axis::ALL.into_iter().map(|axis| off(axis).powi(2)).sum::<f64>() <= CHORD_STEPS.powi(2)
         })
     };
-    let mut count = 1;
-    while count < CHORDS_MAX && !is_near(count) {
-        count *= 2;
+    let mut shares = vec![0.0];
+    // Still to do, the next on top: the end of a stretch, and how often it has been halved.
+    let mut ends = vec![(1.0, 0)];
+    while let (Some((end, halved)), Some(from)) = (ends.pop(), shares.last().copied()) {
+        if halved < HALVED_MAX && !is_near(from, end) {
+            ends.extend([(end, halved + 1), (0.5 * (from + end), halved + 1)]);
+        } else {
+            shares.push(end);
+        }
     }
-    let place = |k: u32| segment.point_at(f64::from(k) / f64::from(count));
-    let chord = |k| Segment {
-        from_mm: place(k),
-        to_mm: place(k + 1),
+    let chord = |pair: &[f64]| Segment {
+        from_mm: segment.point_at(pair[0]),
+        to_mm: segment.point_at(pair[1]),
         curve: Curve::Line,
         ..segment.clone()
     };
-    (0..count).map(chord).filter(|chord| chord.from_mm != chord.to_mm).collect()
+    let chords = shares.windows(2).map(chord);
+    chords.filter(|chord| chord.from_mm != chord.to_mm).collect()
 }
 
 impl Equations {

@@ -11,7 +11,7 @@
 //! it was sent, and goes on from where it stands: nothing tells it that it is off.
 
 use super::{Equations, Turn};
-use crate::base::AxisMap;
+use crate::base::{AxisMap, Point};
 
 /// Most bits of a word.
 pub const WORD_BITS_MAX: u32 = 62;
@@ -62,22 +62,28 @@ fn whole_bits(magnitude: f64) -> u32 {
 }
 
 impl Range {
+    /// Takes a position in steps.
+    fn reach(&mut self, steps: f64, line: u32) {
+        if steps.abs() > self.steps_max {
+            (self.steps_max, self.line) = (steps.abs(), line);
+        }
+    }
+
+    /// Takes a place on a line of the program.
+    pub fn include_place(&mut self, place_mm: &Point, scale: &AxisMap<f64>, line: u32) {
+        place_mm.0.iter().zip(&scale.0).for_each(|(mm, scale)| self.reach(mm * scale, line));
+    }
+
     /// Takes what a segment needs.
     pub fn include(&mut self, equations: &Equations, scale: &AxisMap<f64>) {
         let segment = &equations.segment;
-        let mut reach = |steps: f64| {
-            if steps.abs() > self.steps_max {
-                (self.steps_max, self.line) = (steps.abs(), segment.line);
-            }
-        };
-        for place in [&segment.from_mm, &segment.to_mm] {
-            place.0.iter().zip(&scale.0).for_each(|(mm, scale)| reach(mm * scale));
-        }
+        self.include_place(&segment.from_mm, scale, segment.line);
+        self.include_place(&segment.to_mm, scale, segment.line);
         if let (Some(turn), crate::path::Curve::Arc(arc)) = (&equations.turn, &segment.curve) {
             for (axis, center) in turn.plane.axes().into_iter().zip(turn.center_steps) {
                 let radius = arc.radius_max_mm() * scale[axis];
-                reach(radius);
-                reach(center.abs() + radius);
+                self.reach(radius, segment.line);
+                self.reach(center.abs() + radius, segment.line);
             }
             self.constant_max = self.constant_max.max(turn.constant_max());
         }

@@ -15,7 +15,7 @@ use cnc::systems::cutting::{Cut, Load, Material, Tool};
 
 use crate::args::Global;
 use crate::exit::{Exit, Failure, Outcome, unless_unread};
-use crate::program::{MotionArgs, Program};
+use crate::program::{FeedMode, MotionArgs, Program};
 
 /// Hold the feeds of a program against the power of the spindle
 #[derive(Debug, clap::Args)]
@@ -47,6 +47,9 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    if args.motion.feed != FeedMode::LookAhead {
+        return Err(anyhow!("--feed plans speeds: here the feeds of the program count").into());
+    }
     let (tool_name, tool) = named::<Tool>(&args.tool, TOOLS, "tool")?;
     let (material_name, material) = named::<Material>(&args.material, MATERIALS, "material")?;
     let program = match Program::open(&args.file, &args.motion, global)? {

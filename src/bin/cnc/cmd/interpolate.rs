@@ -152,6 +152,13 @@ fn by_nodes(args: &Args, program: &Program, global: &Global) -> Outcome {
         let reason = "these methods make no ticks that could be reported or encoded";
         return Err(anyhow!(reason).into());
     }
+    if matches!(args.encoding, Encoding::Bytes) {
+        return Err(anyhow!("--encoding bytes belongs to the command dump, of method c").into());
+    }
+    if args.method == Method::B && program.feed() == Feed::ExactStop {
+        let reason = "method b has no ramps: --feed exact-stop means nothing to it";
+        return Err(anyhow!(reason).into());
+    }
     if args.method == Method::Pulse {
         if args.csv || args.word.is_any() {
             return Err(anyhow!("--csv and a node's word need --method b").into());

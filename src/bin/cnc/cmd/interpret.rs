@@ -42,7 +42,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
     let (tools, _) = input::tools(args.tools.as_deref())?;
     let options = Options { start_mm, tools, ..args.language.options(&args.file) };
-    let is_listed = (global.json || !global.quiet) && !args.fp;
+    let is_wanted = global.json || !global.quiet;
+    let is_listed = is_wanted && !args.fp;
     let (checked, record) = if is_listed {
         interp::check_and_record(&source, &machine, &options, global.max_errors)?
     } else {
@@ -62,7 +63,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     }
     if args.fp {
         drop(out);
-        return pulses::report(&source, &machine, &options, global.json);
+        return pulses::report(&source, &machine, &options, is_wanted.then_some(global.json));
     }
     if !is_listed {
         return Ok(Exit::Ok);

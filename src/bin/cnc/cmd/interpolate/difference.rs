@@ -140,6 +140,7 @@ impl<'p> Study<'p> {
     fn new(program: &'p Program, args: &WordArgs) -> Result<Result<Study<'p>, String>, Failure> {
         let scale = steps_per_mm(&program.machine);
         let mut needs = Needs::default();
+        needs.range.include_place(&program.start_mm(), &scale, 1);
         each_segment(program, args.constants(), |piece| {
             needs.include(piece, &scale);
             Ok(())
@@ -247,7 +248,12 @@ impl<'p> Study<'p> {
         writeln!(out)?;
         let Some(run) = runs.runs().first() else { return Ok(()) };
         let Drift { steps, tick, line } = run.greatest;
-        writeln!(out, "drift     {steps:.6} steps at most, after tick {tick}, line {line}")?;
+        match tick {
+            0 => writeln!(out, "drift     none")?,
+            _ => {
+                writeln!(out, "drift     {steps:.6} steps at most, after tick {tick}, line {line}")?
+            }
+        }
         for axis in self.axes() {
             writeln!(out, "at end    {axis} {:+.6} steps", run.last_steps[axis] + 0.0)?;
         }
@@ -347,7 +353,7 @@ impl<'p> Study<'p> {
             "constants": match self.constants { Constants::Exact => "exact", Constants::SmallAngle => "small-angle" },
             "rounding": match self.word.rounding { Rounding::Nearest => "nearest", Rounding::Down => "down" },
             "drift_max_steps": six_digits(greatest.steps),
-            "worst": {"tick": greatest.tick, "line": greatest.line},
+            "worst": (greatest.tick > 0).then(|| json!({"tick": greatest.tick, "line": greatest.line})),
             "drift_end_steps": ends,
             "speed_jump_max": jumps.greatest.map(|(axis, jump_mm_s, line)| {
                 json!({"axis": axis.to_string(), "mm_s": six_digits(jump_mm_s), "line": line})

@@ -10,6 +10,7 @@ use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, AxisMap, Command};
 use cnc::interp::RunError;
 use cnc::path::{PathItem, Segment};
+use cnc::plan::Feed;
 use cnc::plot::{Chart, Curve, Scale};
 use cnc::step::Summary;
 use cnc::systems::pulse::{Interpolator, Made, count};
@@ -105,7 +106,7 @@ fn by_ticks(program: &Program) -> Result<(Whole, u64), Failure> {
         machine,
         tick_us: machine.bus.tick_us,
         start_steps: machine.nearest_steps(&program.start_mm()),
-        constant_feed: false,
+        constant_feed: program.feed() == Feed::Constant,
         with_events: true,
         with_buffers: true,
     };

@@ -11,8 +11,14 @@ use serde_json::json;
 
 use crate::exit::{Exit, Failure, Outcome};
 
-/// Writes a table, or JSON Lines. A program with a block that the board cannot take gives none.
-pub fn report(source: &Source, machine: &Machine, options: &Options, as_json: bool) -> Outcome {
+/// Writes a table, or JSON Lines, if they are wanted. A program with a block that the board cannot take
+/// gives none.
+pub fn report(
+    source: &Source,
+    machine: &Machine,
+    options: &Options,
+    as_json: Option<bool>,
+) -> Outcome {
     let mut refused = None;
     each_block(source, machine, options, |_, count| {
         if let (Err(reason), None) = (count, &refused) {
@@ -24,6 +30,7 @@ pub fn report(source: &Source, machine: &Machine, options: &Options, as_json: bo
         say!("error: {}: {reason}", source.name());
         return Ok(Exit::BadInput);
     }
+    let Some(as_json) = as_json else { return Ok(Exit::Ok) };
     let mut out = BufWriter::new(io::stdout().lock());
     let (mut blocks, mut pulses) = (0_u64, 0_u64);
     if !as_json {
