@@ -48,7 +48,13 @@ pub use survey::{NextBest, SeamCost, SeamReport, survey};
 use std::sync::Arc;
 
 use crate::base::{Event, Machine, Point};
-use crate::path::{PathItem, Segment};
+use crate::path::{Curve, PathItem, Segment};
+
+/// How far a curve turns along a chord of a drawing at most: 2 degrees.
+const CHORD_TURN_RAD: f64 = std::f64::consts::TAU / 180.0;
+
+/// Chords of a drawing from rest to the greatest speed.
+const SPEED_PARTS: f64 = 8.0;
 
 /// How speed is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -110,6 +116,32 @@ impl Profile {
             return self.end_mm();
         }
         self.segment.point_at(self.shares[0] + (self.shares[1] - self.shares[0]) * share)
+    }
+
+    /// The piece as chords, each with its mean speed: where it begins, where it ends, mm/s. So short that
+    /// the speed hardly changes along one, and a curve's direction by less than 2 degrees.
+    pub fn chords(&self) -> impl Iterator<Item = (Point, Point, f64)> {
+        let turn_rad = match &self.segment.curve {
+            Curve::Line => 0.0,
+            Curve::Arc(arc) => arc.sweep_rad.abs() * (self.shares[1] - self.shares[0]),
+            Curve::Spline(_) => CHORD_TURN_RAD,
+        };
+        let [entry, exit] = [self.ramp.entry_mm_s(), self.ramp.exit_mm_s()];
+        let changes = f64::max(self.ramp.peak_mm_s() - entry.min(exit), 0.0);
+        let by_speed = (SPEED_PARTS * changes / self.ramp.peak_mm_s()).ceil();
+        let count = by_speed.max((turn_rad / CHORD_TURN_RAD).ceil()).max(1.0);
+        let (duration_s, length_mm) = (self.ramp.duration_s(), self.ramp.length_mm());
+        let place = move |k: f64| {
+            let share = self.ramp.distance_mm(duration_s * k / count) / length_mm;
+            let [from, to] = self.shares;
+            (share, self.segment.point_at(from + (to - from) * share))
+        };
+        let mut last = place(0.0);
+        (1..=count as u64).map(move |k| {
+            let next = place(k as f64);
+            let (before, at) = std::mem::replace(&mut last, next);
+            (at, next.1, (next.0 - before) * length_mm * count / duration_s)
+        })
     }
 
     /// Position at the piece's start.

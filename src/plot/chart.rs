@@ -7,6 +7,7 @@
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
+use crate::plot::text::Escaped;
 use crate::plot::ticks;
 
 /// The whole drawing.
@@ -358,25 +359,6 @@ fn thinned(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
         kept.extend(chosen.into_iter().map(|at| column[at]));
     }
     kept
-}
-
-/// Text as SVG takes it.
-struct Escaped<'a>(&'a str);
-
-impl Display for Escaped<'_> {
-    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
-        for letter in self.0.chars() {
-            match letter {
-                '&' => out.write_str("&amp;")?,
-                '<' => out.write_str("&lt;")?,
-                '>' => out.write_str("&gt;")?,
-                // XML has no place for control characters, not even escaped.
-                _ if letter.is_control() => out.write_char(' ')?,
-                _ => out.write_char(letter)?,
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]

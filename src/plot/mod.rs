@@ -4,6 +4,15 @@
 //! text. Nothing is computed here that a number in a table would not say as well.
 
 mod chart;
+mod envelope;
+mod sheet;
+mod strokes;
+mod text;
 mod ticks;
+mod traces;
 
 pub use self::chart::{Along, Chart, Curve, Limit, Scale};
+pub use self::envelope::Envelope;
+pub use self::sheet::{Sheet, View};
+pub use self::strokes::{Mark, Place, Stroke, Strokes};
+pub use self::traces::{Quantity, Traces};

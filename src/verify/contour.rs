@@ -19,7 +19,7 @@ use super::limits::{Walk, Walker};
 use super::matching::{Matched, Matcher, Matching};
 use super::report::Place;
 use super::sweep::{Death, Sweep};
-use super::{Cause, Setup, VerifyError};
+use super::{Cause, Setup, VerifyError, tolerance_mm};
 use crate::base::Command;
 use crate::path::PathItem;
 
@@ -201,6 +201,32 @@ where
         }
         sweep.finish(last_tick, || edges.next())?;
         Ok(Found::of(&sweep, rungs_mm, false))
+    }
+
+    /// How far each tick point lies from where it is matched on the path, as far as a distance suffices.
+    pub fn distances(
+        &self,
+        distance_mm: f64,
+        mut take: impl FnMut(u64, f64),
+    ) -> Result<(), VerifyError> {
+        let sagitta_mm = tolerance_mm(self.setup.machine) * SAGITTA_SHARE;
+        let start = Executed::new(self.setup).at();
+        let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
+        let Some(first) = edges.next()? else { return Ok(()) };
+        let mut matcher = Matcher::new(self.setup, distance_mm, first);
+        let mut number = 0;
+        for command in self.commands()? {
+            let command = command.map_err(|error| VerifyError::Commands(error.into()))?;
+            if let Command::Tick(tick) = command {
+                matcher.tick(&tick, &mut edges)?;
+                if matcher.is_dead() {
+                    break;
+                }
+                take(number, matcher.distance_mm());
+                number += 1;
+            }
+        }
+        Ok(())
     }
 
     /// One pass with one distance, as far as that suffices. `each` sees every command, what of the

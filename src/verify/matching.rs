@@ -64,6 +64,7 @@ pub struct Matcher {
     line: u32,
     high_mm: f64,
     last_tick: u64,
+    distance_mm: f64,
     has_moved: bool,
 }
 
@@ -88,6 +89,7 @@ impl Matcher {
             high_mm: sweep.low().0,
             sweep,
             last_tick: 0,
+            distance_mm: 0.0,
             has_moved: false,
         }
     }
@@ -95,6 +97,11 @@ impl Matcher {
     /// Whether the distance has been found too small.
     pub fn is_dead(&self) -> bool {
         self.sweep.dead() > 0
+    }
+
+    /// How far the last tick point lies from where it is matched.
+    pub fn distance_mm(&self) -> f64 {
+        self.distance_mm
     }
 
     /// The next tick of the job.
@@ -119,6 +126,7 @@ impl Matcher {
             };
             self.high_mm = self.high_mm.max(near.walk_mm);
             let at = Place { tick: point.tick, line: near.line };
+            self.distance_mm = near.distance_mm;
             self.blocks.add(near.distance_mm, at);
             self.blended.add(&near, at);
             let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);

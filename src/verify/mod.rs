@@ -111,6 +111,28 @@ where
     Ok(report(setup, bound_mm, walk, contour))
 }
 
+/// How far each tick point lies from where it is matched on the path, tick by tick from 0; up to where the
+/// two are further apart than a distance. For drawings: it takes the chords between ticks for what they are
+/// at their ends, and judges nothing.
+///
+/// # Errors
+/// When a stream breaks off.
+pub fn distances<C, P, CE, PE>(
+    setup: &Setup,
+    within_mm: f64,
+    commands: impl Fn() -> Result<C, CE>,
+    path: impl Fn() -> Result<P, PE>,
+    take: impl FnMut(u64, f64),
+) -> Result<(), VerifyError>
+where
+    C: Iterator<Item = Result<Command, CE>>,
+    P: Iterator<Item = Result<PathItem, PE>>,
+    CE: Into<Cause>,
+    PE: Into<Cause>,
+{
+    Streams { setup, commands, path }.distances(within_mm, take)
+}
+
 /// The bound of the contour error: the path tolerance and half a step on each of X, Y and Z.
 pub fn tolerance_mm(machine: &Machine) -> f64 {
     let axes = Axis::LINEAR.into_iter().filter_map(|axis| machine.axis(axis));

@@ -13,6 +13,7 @@ Examples:
   cnc interpolate part.nc --csv -o part.csv  the steps of every tick
   cnc verify part.nc part.csv                are those steps the programmed path?
   cnc cut part.nc --tool end-mill-6 --material steel-c45   does the spindle carry its feeds?
+  cnc plot part.nc -o part.svg               what it looks like, and how fast
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
   cnc replay job.jsonl part.nc               how far each axis got when the link was lost
@@ -43,7 +44,7 @@ pub struct Args {
 }
 
 /// Options that every command takes.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct Global {
     /// Machine profile: a built-in name or a TOML file
     #[arg(short, long, global = true, env = "CNC_MACHINE", default_value = cnc::base::machine::DEFAULT, value_name = "NAME|FILE")]
@@ -74,6 +75,7 @@ pub enum Command {
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
     Cut(cmd::cut::Args),
+    Plot(cmd::plot::Args),
     Send(cmd::send::Args),
     Replay(cmd::replay::Args),
     Jog(cmd::jog::Args),

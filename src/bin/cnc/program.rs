@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use cnc::base::{Axis, Command, Machine, Point, Source};
 use cnc::interp::{self, Checked, RunError};
 use cnc::path::{self, PathItem};
-use cnc::plan::{self, BlockSpeed, Feed, SeamReport, Seams};
+use cnc::plan::{self, BlockSpeed, Feed, Planned, SeamReport, Seams};
 use cnc::step::{self, Summary, thesis};
 use cnc::tape::{Encoding, Header, Origin};
 
@@ -159,19 +159,23 @@ impl Program {
         path_of(&self.source, &self.machine, &self.options)
     }
 
+    /// When the machine is where on the path.
+    pub fn plan(&self) -> Result<impl Iterator<Item = Result<Planned, RunError>>, RunError> {
+        let start = self.start_mm();
+        Ok(plan::plan(self.path(), &self.machine, self.feed, self.seams()?, start))
+    }
+
     /// The commands of the job; the summary grows as they are taken.
     pub fn commands<'a>(
         &'a self,
         summary: &'a RefCell<Summary>,
     ) -> Result<impl Iterator<Item = Result<Command, RunError>> + 'a, RunError> {
-        let start = self.start_mm();
-        let plan = plan::plan(self.path(), &self.machine, self.feed, self.seams()?, start);
-        let plan = plan.inspect(|planned| {
+        let plan = self.plan()?.inspect(|planned| {
             if let Ok(planned) = planned {
                 summary.borrow_mut().planned(planned);
             }
         });
-        let commands = step::interpolate(plan, &self.machine, start);
+        let commands = step::interpolate(plan, &self.machine, self.start_mm());
         Ok(commands.inspect(|command| {
             if let Ok(command) = command {
                 summary.borrow_mut().command(command);

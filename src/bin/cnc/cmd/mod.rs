@@ -8,6 +8,7 @@ pub mod interpret;
 pub mod jog;
 pub mod machine;
 pub mod node;
+pub mod plot;
 pub mod ports;
 pub mod replay;
 pub mod send;

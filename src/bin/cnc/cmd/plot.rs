@@ -1,0 +1,253 @@
+//! `cnc plot`: what a program or a dump looks like, and what the axes do over time, as SVG or PNG.
+
+mod curves;
+mod png;
+
+use std::collections::BTreeMap;
+use std::io::{self, BufRead, BufReader, Write};
+use std::path::PathBuf;
+
+use anyhow::{Context, anyhow};
+use clap::ValueEnum;
+use cnc::base::{Axis, Command, Machine, Point, Source};
+use cnc::plan::Planned;
+use cnc::plot::{Mark, Place, Sheet, Stroke, Strokes, Traces, View};
+use cnc::tape::Reader;
+
+use crate::args::Global;
+use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
+use crate::input;
+use crate::output;
+use crate::program::{MotionArgs, Program};
+
+/// NC lines that are told word by word at most.
+const LINES_TOLD_MAX: usize = 1000;
+
+/// Draw the path of a program or a dump, or what the axes do over time
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// NC program or command dump; - is standard input
+    file: PathBuf,
+    /// Where the drawing goes: SVG, or PNG if the name ends so [default: SVG on standard output]
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    /// From where the path is seen
+    #[arg(long, value_enum, default_value_t, conflicts_with = "curve")]
+    view: ViewArg,
+    /// Draw a quantity over time instead of the path
+    #[arg(long, value_enum, value_name = "QUANTITY")]
+    curve: Option<CurveArg>,
+    /// Width of a PNG in dots
+    #[arg(long, value_name = "DOTS", default_value_t = 1600, value_parser = clap::value_parser!(u32).range(100..=8000))]
+    width: u32,
+    #[command(flatten)]
+    motion: MotionArgs,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum ViewArg {
+    /// From above, from the front, from the side, and askew
+    #[default]
+    All,
+    /// From above
+    Xy,
+    /// From the side
+    Yz,
+    /// From the front
+    Zx,
+    /// Askew, with the whole travel
+    Isometric,
+}
+
+/// What is drawn over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CurveArg {
+    /// How far what is executed lies from the path
+    Error,
+    /// Speed of the axes and along the path
+    Speed,
+    /// Acceleration of the axes
+    Acceleration,
+    /// Steps a second of the motors
+    Steps,
+    /// How far from the path the seed's own encoder comes, and how far ours (seed 004, figure 6.7)
+    Encoders,
+}
+
+/// A drawing, and how the command ends behind it.
+struct Drawn {
+    svg: String,
+    exit: Exit,
+}
+
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    let source = input::source(&args.file)?;
+    let drawn = if input::is_dump(&source)? {
+        of_dump(args, source, global)?
+    } else {
+        match of_program(args, source, global)? {
+            Ok(drawn) => drawn,
+            Err(exit) => return Ok(exit),
+        }
+    };
+    write(args, &drawn.svg)?;
+    Ok(drawn.exit)
+}
+
+fn write(args: &Args, svg: &str) -> Result<(), Failure> {
+    let Some(file) = &args.output else {
+        let mut out = io::stdout().lock();
+        return Ok(unless_unread(out.write_all(svg.as_bytes()).and_then(|()| out.flush()))?);
+    };
+    let is_png = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    let bytes = if is_png { png::of_svg(svg, args.width)? } else { svg.as_bytes().to_vec() };
+    output::whole_file(file, |out| Ok(out.write_all(&bytes)?))
+}
+
+/// A program that is wrong by nothing but its travel is drawn all the same.
+fn of_program(
+    args: &Args,
+    source: Source,
+    global: &Global,
+) -> Result<Result<Drawn, Exit>, Failure> {
+    let machine = input::machine(global)?;
+    let travel_mm = travel_mm(&machine);
+    let checked =
+        Program::check(&args.file, source.clone(), machine.clone(), &args.motion, global)?;
+    let (program, exit) = match checked {
+        Ok(program) => (program, Exit::Ok),
+        Err(exit) if args.curve.is_some() => return Ok(Err(exit)),
+        Err(exit) => {
+            let mut endless = machine;
+            endless.axes.iter_mut().for_each(|axis| axis.travel_mm = None);
+            let silent = Global { quiet: true, max_errors: 0, ..global.clone() };
+            match Program::check(&args.file, source, endless, &args.motion, &silent)? {
+                Ok(program) => (program, exit),
+                Err(exit) => return Ok(Err(exit)),
+            }
+        }
+    };
+    let svg = match args.curve {
+        Some(curve) => curves::of_program(curve, &program)?,
+        None => sheet_of(args, &program, travel_mm)?,
+    };
+    Ok(Ok(Drawn { svg, exit }))
+}
+
+fn sheet_of(
+    args: &Args,
+    program: &Program,
+    travel_mm: [Option<[f64; 2]>; 3],
+) -> Result<String, Failure> {
+    let mut strokes = Strokes::new(travel_mm);
+    let (mut seams, mut at) = (Vec::new(), program.start_mm());
+    for planned in program.plan()? {
+        match planned? {
+            Planned::Profile(profile) => {
+                let is_cut = profile.segment.feed_mm_s.is_some();
+                for (from, to, speed_mm_s) in profile.chords() {
+                    let speed_mm_s = is_cut.then_some(speed_mm_s);
+                    let line = profile.segment.line;
+                    strokes.add(&Stroke { line, from_mm: xyz(&from), to_mm: xyz(&to), speed_mm_s });
+                    at = to;
+                }
+            }
+            Planned::Seam(kind) => {
+                let text = format!("end of node buffer {}: {}", seams.len(), kind.name());
+                seams.push(Mark { at_mm: xyz(&at), text });
+            }
+            Planned::Event(_) => {}
+        }
+    }
+    let texts = match strokes.lines(LINES_TOLD_MAX) {
+        Some(lines) if program.inputs.is_empty() => texts_of(&program.source, &lines)?,
+        Some(_) | None => BTreeMap::new(),
+    };
+    let wrong = strokes.outside().map(|(at_mm, line)| {
+        let text = format!("line {line} leaves the travel");
+        Mark { at_mm, text }
+    });
+    Ok(Sheet {
+        title: format!("{} on {}", program.source.file_name(), program.machine.name),
+        views: views(args.view),
+        strokes: &strokes,
+        travel_mm,
+        seams: &seams,
+        wrong,
+        texts: &texts,
+    }
+    .to_string())
+}
+
+/// Of a dump nobody knows which ticks are rapids: all are drawn by their speed.
+fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failure> {
+    let machine = input::machine(global)?;
+    let name = source.name().to_owned();
+    let reader = Reader::open(source).with_context(|| name.clone()).or_bad_input()?;
+    let header = reader.header().clone();
+    if header.machine.name != machine.id {
+        let of = &header.machine.name;
+        let reason =
+            anyhow!("{name}: the dump was made for machine '{of}', not for '{}'", machine.id);
+        return Err(reason).or_bad_input();
+    }
+    let mut traces = Traces::new(&machine, header.tick_us, header.start_steps);
+    let mut strokes = Strokes::new(travel_mm(&machine));
+    for command in reader {
+        if let Command::Tick(tick) = command.with_context(|| name.clone()).or_bad_input()? {
+            strokes.add(&traces.tick(&tick));
+        }
+    }
+    let svg = match args.curve {
+        Some(curve) => curves::of_dump(curve, &traces, &header.program.name)?,
+        None => Sheet {
+            title: format!("{name} (of {}) on {}", header.program.name, machine.name),
+            views: views(args.view),
+            strokes: &strokes,
+            travel_mm: travel_mm(&machine),
+            seams: &[],
+            wrong: strokes.outside().map(|(at_mm, line)| Mark {
+                at_mm,
+                text: format!("line {line} leaves the travel"),
+            }),
+            texts: &BTreeMap::new(),
+        }
+        .to_string(),
+    };
+    Ok(Drawn { svg, exit: if strokes.outside().is_some() { Exit::BadInput } else { Exit::Ok } })
+}
+
+fn views(view: ViewArg) -> &'static [View] {
+    match view {
+        ViewArg::All => &View::ALL,
+        ViewArg::Xy => &[View::Xy],
+        ViewArg::Yz => &[View::Yz],
+        ViewArg::Zx => &[View::Zx],
+        ViewArg::Isometric => &[View::Isometric],
+    }
+}
+
+fn xyz(point: &Point) -> Place {
+    Axis::LINEAR.map(|axis| point[axis])
+}
+
+fn travel_mm(machine: &Machine) -> [Option<[f64; 2]>; 3] {
+    Axis::LINEAR.map(|axis| machine.axis(axis).and_then(|profile| profile.travel_mm))
+}
+
+/// The text of some lines of a program.
+fn texts_of(
+    source: &Source,
+    lines: &std::collections::BTreeSet<u32>,
+) -> io::Result<BTreeMap<u32, String>> {
+    let mut texts = BTreeMap::new();
+    let last = lines.last().copied().unwrap_or(0);
+    let reader = BufReader::new(source.reader(0));
+    for (number, text) in (1..=last).zip(reader.split(b'\n')) {
+        let text = text?;
+        if lines.contains(&number) {
+            texts.insert(number, String::from_utf8_lossy(&text).trim_end().to_owned());
+        }
+    }
+    Ok(texts)
+}

@@ -1,0 +1,116 @@
+//! Curves over the time of motion.
+
+use std::cell::RefCell;
+
+use anyhow::{Context, anyhow};
+use cnc::base::Command;
+use cnc::interp::RunError;
+use cnc::plot::{Along, Chart, Curve, Envelope, Limit, Quantity, Scale, Traces};
+use cnc::step::Summary;
+use cnc::step::thesis;
+use cnc::verify::{Setup, distances, tolerance_mm};
+
+use super::CurveArg;
+use crate::exit::{ExitWith, Failure};
+use crate::program::Program;
+
+/// How far off the seed's encoder is followed, in mm.
+const THESIS_OFF_MAX_MM: f64 = 10.0;
+
+/// Distances below this are drawn as this, so that a logarithmic axis has an end.
+const SHOWN_MM_MIN: f64 = 1e-4;
+
+/// Draws a quantity of a program's job.
+pub fn of_program(curve: CurveArg, program: &Program) -> Result<String, Failure> {
+    let machine = &program.machine;
+    let name = program.source.file_name();
+    if let Some(quantity) = quantity(curve) {
+        let start_steps = machine.nearest_steps(&program.start_mm());
+        let mut traces = Traces::new(machine, machine.bus.tick_us, start_steps);
+        let summary = RefCell::new(Summary::default());
+        for command in program.commands(&summary)? {
+            if let Command::Tick(tick) = command? {
+                traces.tick(&tick);
+            }
+        }
+        return Ok(traces.chart(quantity, name).to_string());
+    }
+    let bound_mm = tolerance_mm(machine);
+    let mut curves = vec![ours(program, bound_mm)?];
+    let mut title = format!("{name}: how far the executed path is off");
+    let mut y = Scale::linear("distance from the path, mm");
+    if curve == CurveArg::Encoders {
+        curves.insert(0, theirs(program)?);
+        title = format!("{name}: command-generation error of two encoders");
+        y = Scale::logarithmic(&y.label);
+    }
+    let chart = Chart {
+        title,
+        x: Scale::linear("time of motion, s"),
+        y,
+        curves,
+        limits: vec![Limit { name: "bound".to_owned(), along: Along::Y, at: bound_mm }],
+    };
+    Ok(chart.to_string())
+}
+
+/// Draws a quantity of a dump.
+pub fn of_dump(curve: CurveArg, traces: &Traces, program: &str) -> Result<String, Failure> {
+    let quantity = quantity(curve).ok_or_else(|| {
+        anyhow!("a dump does not hold the path that it is held against: plot its program")
+    })?;
+    Ok(traces.chart(quantity, program).to_string())
+}
+
+fn quantity(curve: CurveArg) -> Option<Quantity> {
+    match curve {
+        CurveArg::Speed => Some(Quantity::Speed),
+        CurveArg::Acceleration => Some(Quantity::Acceleration),
+        CurveArg::Steps => Some(Quantity::StepRate),
+        CurveArg::Error | CurveArg::Encoders => None,
+    }
+}
+
+fn ours(program: &Program, bound_mm: f64) -> Result<Curve, Failure> {
+    let summary = RefCell::new(Summary::default());
+    let tick_us = program.machine.bus.tick_us;
+    error_curve("this program", program, tick_us, bound_mm, || program.commands(&summary))
+}
+
+fn theirs(program: &Program) -> Result<Curve, Failure> {
+    let summary = RefCell::new(Summary::default());
+    let name = "encoder of the thesis";
+    error_curve(name, program, thesis::TICK_US, THESIS_OFF_MAX_MM, || {
+        Ok(program.thesis_commands(&summary))
+    })
+}
+
+fn error_curve<C>(
+    name: &str,
+    program: &Program,
+    tick_us: u32,
+    within_mm: f64,
+    commands: impl Fn() -> Result<C, RunError>,
+) -> Result<Curve, Failure>
+where
+    C: Iterator<Item = Result<Command, RunError>>,
+{
+    let machine = &program.machine;
+    let setup = Setup {
+        machine,
+        tick_us,
+        start_steps: machine.nearest_steps(&program.start_mm()),
+        constant_feed: false,
+        with_events: false,
+        with_buffers: false,
+    };
+    let tick_s = f64::from(tick_us) * 1e-6;
+    let mut envelope = Envelope::new(tick_s);
+    let path = || Ok::<_, RunError>(program.path());
+    distances(&setup, within_mm, commands, path, |tick, mm| {
+        envelope.add((tick + 1) as f64 * tick_s, mm.max(SHOWN_MM_MIN));
+    })
+    .with_context(|| program.source.name().to_owned())
+    .or_bad_input()?;
+    Ok(Curve { name: name.to_owned(), points: envelope.points() })
+}
