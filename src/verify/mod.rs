@@ -12,10 +12,13 @@
 //!   events and both ends (`ramps`).
 //! - *Feed*: mean speed along the path against F (`feed`).
 //!
+//! Two jobs are compared the same way: what one executes is a path to the other (`compare`).
+//!
 //! Commands and path are streams. A sound job is read once as a rule; where its contour error
 //! takes more to be told, or a job is out of tolerance, several times. Memory is that of the path
 //! within the tolerance. What is not done: jerk is reported and not judged.
 
+mod compare;
 mod contour;
 mod edges;
 mod events;
@@ -30,6 +33,7 @@ mod sweep;
 
 use std::collections::BTreeMap;
 
+pub use self::compare::{Comparison, FirstDifference, compare};
 pub use self::report::{BlockError, Check, Place, Report, Verdict};
 
 use self::contour::{Contour, Streams};

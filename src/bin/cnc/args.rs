@@ -12,7 +12,8 @@ Examples:
   cnc interpolate part.nc                    time, ticks, extents, seams
   cnc interpolate part.nc --csv -o part.csv  the steps of every tick
   cnc verify part.nc part.csv                are those steps the programmed path?
-  cnc cut part.nc --tool end-mill-6 --material steel-c45   does the spindle carry its feeds?
+  cnc cut part.nc --tool T --material M      does the spindle carry its feeds?
+  cnc diff old.csv new.csv                   what a change of program or profile changes
   cnc plot part.nc -o part.svg               what it looks like, and how fast
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
@@ -75,6 +76,7 @@ pub enum Command {
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
     Cut(cmd::cut::Args),
+    Diff(cmd::diff::Args),
     Plot(cmd::plot::Args),
     Send(cmd::send::Args),
     Replay(cmd::replay::Args),

@@ -43,6 +43,7 @@ fn main() -> ExitCode {
         Command::Interpolate(args) => cmd::interpolate::run(args, global),
         Command::Verify(args) => cmd::verify::run(args, global),
         Command::Cut(args) => cmd::cut::run(args, global),
+        Command::Diff(args) => cmd::diff::run(args, global),
         Command::Plot(args) => cmd::plot::run(args, global),
         Command::Send(args) => cmd::send::run(args, global),
         Command::Replay(args) => cmd::replay::run(args, global),
