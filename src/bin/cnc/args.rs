@@ -15,6 +15,7 @@ Examples:
   cnc cut part.nc --tool T --material M      does the spindle carry its feeds?
   cnc diff old.csv new.csv                   what a change of program or profile changes
   cnc plot part.nc -o part.svg               what it looks like, and how fast
+  cnc report part.nc -o part.html            all about it on one page
   cnc send sim: part.nc                      run it on simulated nodes
   cnc send /dev/ttyUSB0 part.nc              run it on the machine
   cnc replay job.jsonl part.nc               how far each axis got when the link was lost
@@ -78,6 +79,7 @@ pub enum Command {
     Cut(cmd::cut::Args),
     Diff(cmd::diff::Args),
     Plot(cmd::plot::Args),
+    Report(cmd::report::Args),
     Send(cmd::send::Args),
     Replay(cmd::replay::Args),
     Jog(cmd::jog::Args),

@@ -45,6 +45,7 @@ fn main() -> ExitCode {
         Command::Cut(args) => cmd::cut::run(args, global),
         Command::Diff(args) => cmd::diff::run(args, global),
         Command::Plot(args) => cmd::plot::run(args, global),
+        Command::Report(args) => cmd::report::run(args, global),
         Command::Send(args) => cmd::send::run(args, global),
         Command::Replay(args) => cmd::replay::run(args, global),
         Command::Jog(args) => cmd::jog::run(args, global),

@@ -118,6 +118,30 @@ impl Program {
         motion: &MotionArgs,
         global: &Global,
     ) -> Result<Result<Program, Exit>, Failure> {
+        let program = Program::judge_with(options, source, machine, motion, global)?;
+        report::checked(program.source.name(), &program.checked, global);
+        Ok(if program.checked.errors > 0 { Err(Exit::BadInput) } else { Ok(program) })
+    }
+
+    /// Checks a program whole and says nothing: [`Program::checked`] tells whether it has errors, and then
+    /// nothing else is to be asked of it.
+    pub fn judge(
+        file: &Path,
+        source: Source,
+        machine: Machine,
+        motion: &MotionArgs,
+        global: &Global,
+    ) -> Result<Program, Failure> {
+        Program::judge_with(motion.language.options(file), source, machine, motion, global)
+    }
+
+    fn judge_with(
+        options: interp::Options,
+        source: Source,
+        machine: Machine,
+        motion: &MotionArgs,
+        global: &Global,
+    ) -> Result<Program, Failure> {
         let start_mm = motion.start.as_ref().map(|start| start.position_mm(&machine));
         let (tools, tools_origin) = input::tools(motion.tools.as_deref())?;
         let options = interp::Options {
@@ -128,10 +152,6 @@ impl Program {
         };
         let (checked, sha256) =
             interp::check_and_hash(&source, &machine, &options, global.max_errors)?;
-        report::checked(source.name(), &checked, global);
-        if checked.errors > 0 {
-            return Ok(Err(Exit::BadInput));
-        }
         let feed = match motion.feed {
             FeedMode::LookAhead => Feed::LookAhead,
             FeedMode::ExactStop => Feed::ExactStop,
@@ -141,7 +161,7 @@ impl Program {
         let subprograms = subprograms.map(|(name, sha256)| Origin { name, sha256 });
         let inputs = tools_origin.into_iter().chain(subprograms).collect();
         let seams = OnceCell::new();
-        Ok(Ok(Program { source, machine, checked, sha256, inputs, options, feed, seams }))
+        Ok(Program { source, machine, checked, sha256, inputs, options, feed, seams })
     }
 
     /// Where the job starts, in machine coordinates.

@@ -12,5 +12,6 @@ pub mod node;
 pub mod plot;
 pub mod ports;
 pub mod replay;
+pub mod report;
 pub mod send;
 pub mod verify;

@@ -1,6 +1,6 @@
 //! `cnc plot`: what a program or a dump looks like, and what the axes do over time, as SVG or PNG.
 
-mod curves;
+pub mod curves;
 mod png;
 
 use std::collections::BTreeMap;
@@ -118,26 +118,32 @@ fn of_program(
         Ok(program) => (program, Exit::Ok),
         Err(exit) if args.curve.is_some() => return Ok(Err(exit)),
         Err(exit) => {
-            let mut endless = machine;
-            endless.axes.iter_mut().for_each(|axis| axis.travel_mm = None);
-            let silent = Global { quiet: true, max_errors: 0, ..global.clone() };
-            match Program::check(&args.file, source, endless, &args.motion, &silent)? {
-                Ok(program) => (program, exit),
-                Err(exit) => return Ok(Err(exit)),
+            let program =
+                Program::judge(&args.file, source, without_travel(machine), &args.motion, global)?;
+            if program.checked.errors > 0 {
+                return Ok(Err(exit));
             }
+            (program, exit)
         }
     };
     let svg = match args.curve {
         Some(curve) => curves::of_program(curve, &program)?,
-        None => sheet_of(args, &program, travel_mm)?,
+        None => sheet_of(&program, travel_mm, views(args.view))?,
     };
     Ok(Ok(Drawn { svg, exit }))
 }
 
-fn sheet_of(
-    args: &Args,
+/// The machine, with ways that never end: for programs that leave its travel.
+pub fn without_travel(mut machine: Machine) -> Machine {
+    machine.axes.iter_mut().for_each(|axis| axis.travel_mm = None);
+    machine
+}
+
+/// The path of a program as it is planned, on a machine with this travel.
+pub fn sheet_of(
     program: &Program,
     travel_mm: [Option<[f64; 2]>; 3],
+    views: &[View],
 ) -> Result<String, Failure> {
     let mut strokes = Strokes::new(travel_mm);
     let (mut seams, mut at) = (Vec::new(), program.start_mm());
@@ -169,7 +175,7 @@ fn sheet_of(
     });
     Ok(Sheet {
         title: format!("{} on {}", program.source.file_name(), program.machine.name),
-        views: views(args.view),
+        views,
         strokes: &strokes,
         travel_mm,
         seams: &seams,
@@ -231,7 +237,8 @@ fn xyz(point: &Point) -> Place {
     Axis::LINEAR.map(|axis| point[axis])
 }
 
-fn travel_mm(machine: &Machine) -> [Option<[f64; 2]>; 3] {
+/// Travel of X, Y and Z.
+pub fn travel_mm(machine: &Machine) -> [Option<[f64; 2]>; 3] {
     Axis::LINEAR.map(|axis| machine.axis(axis).and_then(|profile| profile.travel_mm))
 }
 

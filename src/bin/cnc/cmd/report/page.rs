@@ -1,0 +1,100 @@
+//! What a report holds, as its page (`page.html`) shows it. Text is escaped there; drawings are not.
+
+use askama::Template;
+use cnc::base::{Diagnostic, Severity};
+
+/// The page.
+#[derive(Template)]
+#[template(path = "cmd/report/page.html")]
+pub struct Page {
+    pub title: String,
+    pub machine: String,
+    pub verdict: Banner,
+    pub figures: Vec<Figure>,
+    pub findings: Vec<Finding>,
+    pub more_findings: u64,
+    /// The path as SVG.
+    pub path: Option<String>,
+    /// Curves over time as SVG.
+    pub curves: Vec<String>,
+    pub tables: Vec<Table>,
+    /// The profile as TOML.
+    pub profile: String,
+    pub origins: Vec<Figure>,
+}
+
+/// The verdict in a sentence.
+pub struct Banner {
+    /// `good` or `bad`.
+    pub class: &'static str,
+    pub text: String,
+}
+
+/// A value with its name.
+pub struct Figure {
+    pub name: String,
+    pub value: String,
+}
+
+/// An error or a warning.
+pub struct Finding {
+    /// `bad` or `warn`.
+    pub class: &'static str,
+    pub rule: &'static str,
+    pub line: u32,
+    pub message: String,
+    /// The line at fault.
+    pub text: String,
+    pub help: Option<String>,
+}
+
+/// A table.
+pub struct Table {
+    pub title: &'static str,
+    pub names: Vec<Cell>,
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// A cell of a table; numbers stand at its right.
+pub struct Cell {
+    pub text: String,
+    pub is_number: bool,
+}
+
+impl Figure {
+    pub fn new(name: impl Into<String>, value: impl Into<String>) -> Figure {
+        Figure { name: name.into(), value: value.into() }
+    }
+}
+
+impl Finding {
+    pub fn of(diagnostic: &Diagnostic) -> Finding {
+        Finding {
+            class: if diagnostic.severity == Severity::Error { "bad" } else { "warn" },
+            rule: diagnostic.rule,
+            line: diagnostic.span.line,
+            message: diagnostic.message.clone(),
+            text: diagnostic.text.clone(),
+            help: diagnostic.help.clone(),
+        }
+    }
+}
+
+impl Table {
+    /// A table whose columns are numbers where the name begins with `#`.
+    pub fn new(title: &'static str, names: &[&str]) -> Table {
+        let names = names.iter().map(|name| match name.strip_prefix('#') {
+            Some(name) => number(name),
+            None => text(*name),
+        });
+        Table { title, names: names.collect(), rows: Vec::new() }
+    }
+}
+
+pub fn text(text: impl Into<String>) -> Cell {
+    Cell { text: text.into(), is_number: false }
+}
+
+pub fn number(text: impl Into<String>) -> Cell {
+    Cell { text: text.into(), is_number: true }
+}
