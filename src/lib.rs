@@ -18,6 +18,7 @@
 //! - [`path`]: motion → curves in closed form
 //! - [`plan`]: curves → when the machine is where, within the limits of axes and bus
 //! - [`step`]: the only place where mm become steps
+//! - [`systems`]: the papers' other systems, computed
 //! - [`tape`]: the command dump, a CSV file with a seal
 //! - [`verify`]: steps against curves; shares nothing with `plan` and `step`
 //! - [`plot`]: numbers as drawings

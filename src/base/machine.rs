@@ -30,10 +30,12 @@ use crate::base::{Axis, AxisMap, Point};
 pub const DEFAULT: &str = "starmill";
 
 /// Name and text of the built-in profiles.
-pub const BUILT_IN: [(&str, &str); 3] = [
+pub const BUILT_IN: [(&str, &str); 5] = [
     ("starmill", include_str!("machines/starmill.toml")),
     ("router", include_str!("machines/router.toml")),
     ("ideal", include_str!("machines/ideal.toml")),
+    ("kimm", include_str!("machines/kimm.toml")),
+    ("kimm-table", include_str!("machines/kimm-table.toml")),
 ];
 
 /// A machine, checked.
@@ -61,6 +63,8 @@ pub struct Machine {
     pub bus: Bus,
     /// The spindle, if the profile tells of it.
     pub spindle: Option<Spindle>,
+    /// The hardware that makes its pulses, if that bounds them.
+    pub interpolator: Option<Interpolator>,
     /// Whether probes are taken to touch at the end of their move, and waits for inputs to end at
     /// once: to check programs, not to cut.
     pub assumed_inputs: bool,
@@ -181,8 +185,19 @@ pub struct Spindle {
     pub speed_max_rpm: u32,
     /// Power at the motor.
     pub power_kw: f64,
+    /// The share of its power that reaches the tool.
+    pub efficiency: f64,
     /// Whether motion can follow its turns, as threads need it.
     pub encoder: bool,
+}
+
+/// An interpolator in hardware, which takes lines and arcs and makes pulses one by one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interpolator {
+    /// Most pulses a minute on a line.
+    pub line_max_pulses_min: u32,
+    /// Most pulses a minute on an arc, and on all else.
+    pub arc_max_pulses_min: u32,
 }
 
 /// Entries of a node's buffer: the firmware has these, always.

@@ -109,6 +109,7 @@ rules! {
     NURBS_START Error "nurbs-start" "The first point of G6.2 is not where the machine stands.";
     NURBS_OPEN Error "nurbs-open" "Something else stands in a NURBS, or the program ends in one.";
     NURBS_UNOPENED Error "nurbs-unopened" "G5.3 ends a NURBS that G5.2 has not begun.";
+    PULSE_RATE Error "pulse-rate" "A feed at which the machine's interpolator would have to make more pulses than it can.";
     SPINDLE_SPEED Warning "spindle-speed" "A spindle speed beyond the machine's greatest.";
     RAPID_INTO_WORK Warning "rapid-into-work" "G0 goes down below Z0 of the work while the spindle turns.";
     FEED_UNITS Warning "feed-units" "A block sets the feed and changes the units, which controls take in different orders.";

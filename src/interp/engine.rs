@@ -17,6 +17,7 @@ use super::parameters::{
     NoValue, Parameters, Reason, SYSTEM_FIRST, Set, Target, Value, is_empty, is_macro_call, plain,
 };
 use super::plunge::{Plunges, is_cut};
+use super::pulses::{PulseRates, is_in_reach};
 use super::system::read_only;
 use super::travel::Travel;
 use super::turning::Contour;
@@ -35,6 +36,8 @@ pub(super) struct Engine<'a> {
     pub travel: Option<Travel>,
     /// Rapids into the work, where the run is a check.
     pub plunges: Plunges,
+    /// Feeds beyond the interpolator's, where the run is a check.
+    rates: PulseRates,
     /// What the program says, where the run is a check.
     pub said: Vec<Said>,
     /// The contour that is being read.
@@ -61,6 +64,7 @@ impl<'a> Engine<'a> {
             findings: Findings::new(max),
             travel: None,
             plunges: Plunges::default(),
+            rates: PulseRates::default(),
             said: Vec::new(),
             contour: None,
             corner: None,
@@ -504,6 +508,7 @@ impl<'a> Engine<'a> {
                 travel.add(step, block, place, open);
                 if open.is_empty() {
                     self.faults.extend(too_slow(step, block));
+                    self.faults.extend(self.rates.judge(step, block, executor.machine));
                 }
             }
         }
@@ -522,7 +527,10 @@ impl<'a> Engine<'a> {
         let [Motion::Move(step)] = motions else { return };
         // A block with a fault may have led elsewhere without a move.
         let is_all = self.findings.errors == 0 && is_cut(step) && is_quick(step);
-        if is_all && travel.add_along(named, step, block, place) {
+        if is_all
+            && is_in_reach(step, self.executor.machine)
+            && travel.add_along(named, step, block, place)
+        {
             self.plunges.spindle(self.executor.turning != Turning::Stopped);
             self.plunges.cut(step);
         } else {

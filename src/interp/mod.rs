@@ -42,6 +42,7 @@ mod plunge;
 mod polar;
 mod probe;
 mod program;
+mod pulses;
 mod record;
 mod run;
 mod spline;

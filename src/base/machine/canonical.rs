@@ -44,6 +44,9 @@ pub(super) fn text(machine: &Machine) -> String {
         out.push_str("\n[spindle]\n");
         line(&mut out, "speed_max_rpm", spindle.speed_max_rpm);
         line(&mut out, "power_kw", number(spindle.power_kw));
+        if spindle.efficiency != 1.0 {
+            line(&mut out, "efficiency", number(spindle.efficiency));
+        }
         if spindle.encoder {
             line(&mut out, "encoder", true);
         }
@@ -54,6 +57,11 @@ pub(super) fn text(machine: &Machine) -> String {
         line(&mut out, "tmf_ms", plc.tmf_ms);
         line(&mut out, "tfin_ms", plc.tfin_ms);
         line(&mut out, "timeout_s", number(plc.timeout_s));
+    }
+    if let Some(interpolator) = &machine.interpolator {
+        out.push_str("\n[interpolator]\n");
+        line(&mut out, "line_max_pulses_min", interpolator.line_max_pulses_min);
+        line(&mut out, "arc_max_pulses_min", interpolator.arc_max_pulses_min);
     }
     out + &machine.hooks.text()
 }

@@ -7,8 +7,8 @@ use super::hooks::Hooks;
 use super::keys::Keys;
 use super::plc::PlcProfile;
 use super::{
-    AxisProfile, BUFFER_TICKS, Bus, FRAME_COUNT_MAX, FRAME_PLACES, HOST_ID, Machine, Master,
-    POSITION_MOST, ProfileError, Protocol, Rapid, Spindle, canonical,
+    AxisProfile, BUFFER_TICKS, Bus, FRAME_COUNT_MAX, FRAME_PLACES, HOST_ID, Interpolator, Machine,
+    Master, POSITION_MOST, ProfileError, Protocol, Rapid, Spindle, canonical,
 };
 use crate::base::{Axis, AxisSet, Point};
 
@@ -16,6 +16,9 @@ use crate::base::{Axis, AxisSet, Point};
 const STEPS_MOST: f64 = 1e6;
 /// Most steps a tick without a bus: what keeps sums over windows of ticks within an i32.
 const COUNT_MOST: u32 = 1_000_000;
+
+/// Most pulses a minute of an interpolator: 66 million a second.
+const PULSES_MOST: u32 = 4_000_000_000;
 
 /// Reads and checks a profile. `file` is the name to show, `id` that of the machine.
 pub(super) fn parse(file: &str, id: &str, text: &str) -> Result<Machine, ProfileError> {
@@ -58,7 +61,12 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
     let spindle = keys.has_table("spindle").then(|| Spindle {
         speed_max_rpm: keys.integer("spindle.speed_max_rpm", 1..=1_000_000),
         power_kw: keys.number("spindle.power_kw", 1e-3..=1e3),
+        efficiency: keys.number_if("spindle.efficiency", 0.01..=1.0).unwrap_or(1.0),
         encoder: keys.boolean_if("spindle.encoder").unwrap_or(false),
+    });
+    let interpolator = keys.has_table("interpolator").then(|| Interpolator {
+        line_max_pulses_min: keys.integer("interpolator.line_max_pulses_min", 1..=PULSES_MOST),
+        arc_max_pulses_min: keys.integer("interpolator.arc_max_pulses_min", 1..=PULSES_MOST),
     });
     let assumed_inputs = keys.boolean_if("assumed_inputs").unwrap_or(false);
     let hooks = Hooks::read(keys);
@@ -75,6 +83,7 @@ fn machine(keys: &mut Keys<'_>, id: &str) -> Machine {
         axes,
         bus,
         spindle,
+        interpolator,
         assumed_inputs,
         hooks,
         plc,

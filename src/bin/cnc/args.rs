@@ -12,6 +12,7 @@ Examples:
   cnc interpolate part.nc                    time, ticks, extents, seams
   cnc interpolate part.nc --csv -o part.csv  the steps of every tick
   cnc verify part.nc part.csv                are those steps the programmed path?
+  cnc cut part.nc --tool T --material M      does the spindle carry its feeds?
   cnc diff old.csv new.csv                   what a change of program or profile changes
   cnc plot part.nc -o part.svg               what it looks like, and how fast
   cnc report part.nc -o part.html            all about it on one page
@@ -76,6 +77,7 @@ pub enum Command {
     Interpret(cmd::interpret::Args),
     Interpolate(cmd::interpolate::Args),
     Verify(cmd::verify::Args),
+    Cut(cmd::cut::Args),
     Diff(cmd::diff::Args),
     Plot(cmd::plot::Args),
     Report(cmd::report::Args),

@@ -44,6 +44,7 @@ fn main() -> ExitCode {
         Command::Interpret(args) => cmd::interpret::run(args, global),
         Command::Interpolate(args) => cmd::interpolate::run(args, global),
         Command::Verify(args) => cmd::verify::run(args, global),
+        Command::Cut(args) => cmd::cut::run(args, global),
         Command::Diff(args) => cmd::diff::run(args, global),
         Command::Plot(args) => cmd::plot::run(args, global),
         Command::Report(args) => cmd::report::run(args, global),

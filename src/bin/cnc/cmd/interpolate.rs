@@ -1,5 +1,7 @@
 //! `cnc interpolate`: plans a program and interpolates it to steps; the command dump, or a summary.
 
+mod difference;
+mod pulses;
 mod seams;
 mod speeds;
 mod times;
@@ -40,6 +42,14 @@ pub struct Args {
     /// What turns the path into counts
     #[arg(long, value_enum, default_value_t)]
     encoder: Encoder,
+    /// Who interpolates, and how
+    #[arg(long, value_enum, default_value_t, value_name = "METHOD")]
+    method: Method,
+    #[command(flatten)]
+    word: difference::WordArgs,
+    /// Draw what the method comes to (methods b and pulse)
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
@@ -61,6 +71,18 @@ struct ReportArgs {
     times: bool,
 }
 
+/// Who interpolates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// The host: nodes are told steps a tick
+    #[default]
+    C,
+    /// The nodes, by difference equations: a report of these and of their drift
+    B,
+    /// A board, pulse by pulse: a report of its pulses and of their error, beside the host's
+    Pulse,
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SeamsArg {
     Report,
@@ -80,6 +102,12 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
+    if args.method != Method::C {
+        return by_nodes(args, &program, global);
+    }
+    if args.svg.is_some() || args.word.is_any() {
+        return Err(anyhow!("--svg and a node's word need --method b").into());
+    }
     if args.encoder == Encoder::Thesis && args.report.is_any() {
         return Err(anyhow!("--encoder thesis plans nothing that could be told of").into());
     }
@@ -116,6 +144,35 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         }
     }
     Ok(Exit::Ok)
+}
+
+/// `--method b` and `--method pulse`.
+fn by_nodes(args: &Args, program: &Program, global: &Global) -> Outcome {
+    if args.report.is_any() || args.encoder == Encoder::Thesis {
+        let reason = "these methods make no ticks that could be reported or encoded";
+        return Err(anyhow!(reason).into());
+    }
+    if matches!(args.encoding, Encoding::Bytes) {
+        return Err(anyhow!("--encoding bytes belongs to the command dump, of method c").into());
+    }
+    if args.method == Method::B && program.feed() == Feed::ExactStop {
+        let reason = "method b has no ramps: --feed exact-stop means nothing to it";
+        return Err(anyhow!(reason).into());
+    }
+    if args.method == Method::Pulse {
+        if args.csv || args.word.is_any() {
+            return Err(anyhow!("--csv and a node's word need --method b").into());
+        }
+        return pulses::report(program, global.json, args.svg.as_ref());
+    }
+    let wanted = difference::Wanted {
+        word: &args.word,
+        csv: args.csv,
+        json: global.json,
+        output: args.output.as_deref(),
+        svg: args.svg.as_ref(),
+    };
+    difference::report(program, &wanted)
 }
 
 impl ReportArgs {

@@ -1,5 +1,7 @@
 //! `cnc interpret`: what a program means, as a table or as JSON Lines.
 
+mod pulses;
+
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
@@ -28,6 +30,10 @@ pub struct Args {
     /// Tool table: CSV, or LinuxCNC's format; lengths in mm
     #[arg(long, value_name = "FILE")]
     tools: Option<PathBuf>,
+    /// Print the interpolation pulses of each block, with the command of the board that makes them,
+    /// instead of the motion
+    #[arg(long)]
+    fp: bool,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
@@ -36,7 +42,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
     let (tools, _) = input::tools(args.tools.as_deref())?;
     let options = Options { start_mm, tools, ..args.language.options(&args.file) };
-    let is_listed = global.json || !global.quiet;
+    let is_wanted = global.json || !global.quiet;
+    let is_listed = is_wanted && !args.fp;
     let (checked, record) = if is_listed {
         interp::check_and_record(&source, &machine, &options, global.max_errors)?
     } else {
@@ -53,6 +60,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     report::totals(source.name(), &checked, global);
     if checked.errors > 0 {
         return Ok(Exit::BadInput);
+    }
+    if args.fp {
+        drop(out);
+        return pulses::report(&source, &machine, &options, is_wanted.then_some(global.json));
     }
     if !is_listed {
         return Ok(Exit::Ok);

@@ -118,8 +118,16 @@ fn show(out: &mut impl Write, machine: &Machine) -> io::Result<()> {
     show_bus(out, machine)?;
     if let Some(spindle) = &machine.spindle {
         let encoder = if spindle.encoder { ", motion can follow its turns" } else { "" };
+        let at_tool = match spindle.efficiency {
+            1.0 => String::new(),
+            share => format!(", {} % of it at the tool", 100.0 * share),
+        };
         let (rpm, kw) = (spindle.speed_max_rpm, spindle.power_kw);
-        writeln!(out, "spindle         {rpm} rpm, {kw} kW{encoder}")?;
+        writeln!(out, "spindle         {rpm} rpm, {kw} kW{at_tool}{encoder}")?;
+    }
+    if let Some(interpolator) = &machine.interpolator {
+        let (line, arc) = (interpolator.line_max_pulses_min, interpolator.arc_max_pulses_min);
+        writeln!(out, "interpolator    {line} pulses/min on lines, {arc} on arcs")?;
     }
     if machine.assumed_inputs {
         writeln!(out, "inputs          assumed: for checking programs, not for cutting")?;

@@ -1,6 +1,7 @@
 //! One file a command.
 
 pub mod bus;
+pub mod cut;
 pub mod diff;
 pub mod explain;
 pub mod home;
