@@ -10,12 +10,9 @@
 use std::fmt;
 
 use super::{Carry, Interface, Refusal, Setting};
-use crate::base::machine::PADS_MIN;
+use crate::base::machine::{FRAME_COUNT_MAX, PADS_MIN};
 use crate::base::{Axis, Machine};
 use crate::path::{Curve, PathItem, Segment};
-
-/// Most steps in the two bytes of an axis in a frame, of seven bits each.
-const FRAME_COUNT_MAX: u32 = 8191;
 
 /// A piece of the path and its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
