@@ -90,4 +90,6 @@ pub enum Command {
     Machine(cmd::machine::Args),
     Bus(Box<cmd::bus::Args>),
     Explain(cmd::explain::Args),
+    Completions(cmd::completions::Args),
+    Man(cmd::man::Args),
 }

@@ -57,6 +57,8 @@ fn main() -> ExitCode {
         Command::Machine(args) => cmd::machine::run(args, global),
         Command::Bus(args) => cmd::bus::run(args, global),
         Command::Explain(args) => cmd::explain::run(args, global),
+        Command::Completions(args) => cmd::completions::run(args),
+        Command::Man(args) => cmd::man::run(args),
     };
     exit::code(outcome)
 }

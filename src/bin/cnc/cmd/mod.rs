@@ -1,6 +1,7 @@
 //! One file a command.
 
 pub mod bus;
+pub mod completions;
 pub mod cut;
 pub mod diff;
 pub mod explain;
@@ -9,6 +10,7 @@ pub mod interpolate;
 pub mod interpret;
 pub mod jog;
 pub mod machine;
+pub mod man;
 pub mod node;
 pub mod plot;
 pub mod ports;

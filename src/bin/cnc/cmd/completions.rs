@@ -1,0 +1,29 @@
+//! `cnc completions`: what a shell needs to complete commands and options.
+
+use std::io::{self, Write};
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use crate::args::Args as CommandLine;
+use crate::exit::{Exit, Outcome, unless_unread};
+
+/// Print completions for a shell
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  cnc completions bash > ~/.local/share/bash-completion/completions/cnc
+  cnc completions zsh > ~/.zfunc/_cnc
+  cnc completions fish > ~/.config/fish/completions/cnc.fish")]
+pub struct Args {
+    /// The shell
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut CommandLine::command(), "cnc", &mut script);
+    unless_unread(io::stdout().lock().write_all(&script))?;
+    Ok(Exit::Ok)
+}
