@@ -18,11 +18,9 @@
 //! - [`path`]: motion → curves in closed form
 //! - [`plan`]: curves → when the machine is where, within the limits of axes and bus
 //! - [`step`]: the only place where mm become steps
-//! - [`systems`]: the papers' other systems, computed
 //! - [`tape`]: the command dump, a CSV file with a seal
 //! - [`verify`]: steps against curves; shares nothing with `plan` and `step`
 //! - [`plot`]: numbers as drawings
-//! - [`systems`]: what the interfaces of the papers behind this project carry, and how
 //! - [`wire`]: steps ⇄ bytes: lint, master and node, without a clock or a device
 //! - [`wire_io`]: serial ports, pseudo-terminals and simulated nodes
 //! - [`systems`]: the papers' other systems, as pure computation

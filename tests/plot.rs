@@ -130,6 +130,33 @@ fn dumps_are_drawn_and_what_they_lack_is_said() {
 }
 
 #[test]
+fn what_is_read_is_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("part.nc");
+    let name = file.to_str().unwrap();
+    let text = "G21 G90 F300\nM3 S100\nG1 X10\nM30\n";
+    fs::write(&file, text).unwrap();
+    let link = folder.path().join("link.svg");
+    std::os::unix::fs::symlink(&file, &link).unwrap();
+    for args in [
+        &["plot", name, "-o", link.to_str().unwrap()][..],
+        &["report", name, "-o", name],
+        &["interpolate", name, "--csv", "-o", name],
+        &["interpolate", name, "--method", "b", "--svg", name],
+        &["send", "sim:", name, "--trace", name],
+        &["send", "sim:", name, "--plc", "sim:", "--signals", name],
+    ] {
+        let output = cnc(args);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        assert!(said.contains("this command reads it"), "{args:?}: {said}");
+        assert_eq!(fs::read_to_string(&file).unwrap(), text, "{args:?}");
+    }
+    refused(&[name, "-o", "part.jpg"], 2, "written as .svg or .png");
+    refused(&[name, "--json"], 2, "a drawing has no JSON");
+}
+
+#[test]
 fn pictures_in_dots() {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("o001.PNG");

@@ -267,7 +267,9 @@ impl Chart {
         writeln!(out, "<path class=\"grid\" d=\"{lines}\"/>")?;
         writeln!(out, "<path class=\"frame\" d=\"M{left} {top}V{bottom}H{right}\"/>")?;
         for mark in &x.marks {
-            let (at, label) = (x.place(*mark), ticks::label(*mark));
+            let label = ticks::label(*mark);
+            // Digits are about 7 wide: the last number must not reach beyond the drawing.
+            let at = x.place(*mark).min(SIZE[0] - 4.0 - 3.5 * label.len() as f64);
             let below = bottom + 18.0;
             writeln!(out, "<text class=\"middle\" x=\"{at:.1}\" y=\"{below}\">{label}</text>")?;
         }

@@ -13,7 +13,7 @@ pub enum JobError {
     NoProtocol,
     /// H6.
     #[error(
-        "bus.tick_us = {tick_us} is too short: a node needs {least_us} µs between two sync bytes, \
+        "bus.tick_us = {tick_us} is too short: a node needs {least_us} µs from one tick to the next, \
          or it loses them"
     )]
     TickTooShort {

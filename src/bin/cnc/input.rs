@@ -1,7 +1,9 @@
 //! What commands are handed: programs, dumps, profiles.
 
 use std::io::Read;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
+use std::sync::Mutex;
 
 use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
@@ -16,10 +18,26 @@ use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
 use crate::report;
 
+/// Files that were opened to be read: device and number of each.
+static READ: Mutex<Vec<(u64, u64)>> = Mutex::new(Vec::new());
+
+/// Whether a file may be written: none that this command reads is written over.
+pub fn keep(file: &Path) -> anyhow::Result<()> {
+    let Ok(data) = file.metadata() else { return Ok(()) };
+    let is_read = READ.lock().is_ok_and(|read| read.contains(&(data.dev(), data.ino())));
+    match data.is_file() && is_read {
+        true => Err(anyhow!("this command reads it: name another file for what is written")),
+        false => Ok(()),
+    }
+}
+
 /// Opens a file, or spools standard input for `-`.
 pub fn source(file: &Path) -> anyhow::Result<Source> {
     if file == Path::new("-") {
         return Source::spool("<stdin>", std::io::stdin().lock()).context("standard input");
+    }
+    if let (Ok(data), Ok(mut read)) = (file.metadata(), READ.lock()) {
+        read.push((data.dev(), data.ino()));
     }
     Source::open(file).with_context(|| file.display().to_string())
 }
@@ -29,8 +47,9 @@ pub fn program(file: &Path) -> Result<Source, Failure> {
     let source = source(file)?;
     if is_dump(&source)? {
         let name = source.name();
-        let reason =
-            anyhow!("{name} is a command dump, not an NC program; verify and send take dumps");
+        let reason = anyhow!(
+            "{name} is a command dump, not an NC program; verify, send, plot and diff take dumps"
+        );
         return Err(reason).or_bad_input();
     }
     Ok(source)

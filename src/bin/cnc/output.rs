@@ -9,6 +9,7 @@ use anyhow::{Context, anyhow};
 use tempfile::TempPath;
 
 use crate::exit::Failure;
+use crate::input;
 use crate::interrupt::Interrupts;
 
 /// Where a file's content goes while it is made.
@@ -39,6 +40,7 @@ impl WholeFile {
     /// Makes sure that a file can be written.
     pub fn create(path: &Path) -> anyhow::Result<WholeFile> {
         let context = || format!("{} cannot be written", path.display());
+        input::keep(path).with_context(context)?;
         if path.exists() && !path.is_file() {
             let file = File::create(path).with_context(context)?;
             let part = Part { file, path: path.to_owned(), interrupts: None };

@@ -1,7 +1,7 @@
 //! Ticks of a stretch of motion → each moving node's bytes, two a tick; and what a line can carry.
 
 use crate::base::Tick;
-use crate::base::machine::{Bus, FRAME_BYTES, Machine, Unit};
+use crate::base::machine::{Bus, FRAME_BYTES, Machine, TICK_MARGIN_US, Unit};
 use crate::wire::error::JobError;
 use crate::wire::job::Fill;
 
@@ -21,8 +21,9 @@ pub fn check_bus(bus: &Bus) -> Result<(), JobError> {
             baud_least,
         });
     }
-    if bus.node_tick_us > tick_us {
-        return Err(JobError::TickTooShort { tick_us, least_us: bus.node_tick_us });
+    let least_us = bus.node_tick_us.saturating_add(TICK_MARGIN_US);
+    if tick_us < least_us {
+        return Err(JobError::TickTooShort { tick_us, least_us });
     }
     Ok(())
 }

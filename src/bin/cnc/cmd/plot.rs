@@ -6,7 +6,7 @@ pub mod timing;
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, BufReader, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::ValueEnum;
@@ -85,6 +85,10 @@ struct Drawn {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    if global.json {
+        let reason = "a drawing has no JSON; interpolate --json and verify --json have figures";
+        return Err(anyhow!(reason).into());
+    }
     let source = input::source(&args.file)?;
     if args.timing {
         let drawing = timing::of_record(&source).or_bad_input()?;
@@ -104,11 +108,16 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 }
 
 fn write(args: &Args, svg: &str) -> Result<(), Failure> {
-    let Some(file) = &args.output else {
+    let Some(file) = args.output.as_deref().filter(|file| *file != Path::new("-")) else {
         let mut out = io::stdout().lock();
         return Ok(unless_unread(out.write_all(svg.as_bytes()).and_then(|()| out.flush()))?);
     };
-    let is_png = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    if ending.as_deref().is_some_and(|ending| !["svg", "png"].contains(&ending)) {
+        let name = file.display();
+        return Err(anyhow!("{name}: drawings are written as .svg or .png").into());
+    }
+    let is_png = ending.as_deref() == Some("png");
     let bytes = if is_png { png::of_svg(svg, args.width)? } else { svg.as_bytes().to_vec() };
     output::whole_file(file, |out| Ok(out.write_all(&bytes)?))
 }

@@ -41,6 +41,10 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    if global.json {
+        let reason = "a report is a page; interpolate --json and verify --json have its figures";
+        return Err(anyhow!(reason).into());
+    }
     let machine = input::machine(global)?;
     let source = input::program(&args.file)?;
     let travel_mm = plot::travel_mm(&machine);
@@ -80,7 +84,10 @@ fn head(program: &Program) -> Page {
     let findings: Vec<Finding> = checked.diagnostics.iter().map(Finding::of).collect();
     let more_findings = (checked.errors + checked.warnings).saturating_sub(findings.len() as u64);
     let errors = checked.errors;
-    let wrong = if errors == 1 { "is 1 error" } else { "are errors" };
+    let wrong = match errors {
+        1 => "there is 1 error".to_owned(),
+        errors => format!("there are {errors} errors"),
+    };
     let origin =
         |name: &str, sha256: &[u8; 32]| Figure::new(name, format!("sha256:{}", hex(sha256)));
     let machine = &program.machine;
@@ -93,7 +100,7 @@ fn head(program: &Program) -> Page {
     Page {
         title: program.source.file_name().to_owned(),
         machine: machine.to_string(),
-        verdict: Banner { class: "bad", text: format!("Cannot be run: there {wrong} ({errors})") },
+        verdict: Banner { class: "bad", text: format!("Cannot be run: {wrong}") },
         figures: Vec::new(),
         findings,
         more_findings,

@@ -346,6 +346,14 @@ pub fn dump(
     };
     if header.machine.sha256 != machine.sha256() {
         let made_for = &header.machine.name;
+        if *made_for == machine.id && machine.bus.protocol == Protocol::Frame {
+            let name = source.name();
+            let reason = anyhow!(
+                "{name} was made for machine {made_for} as its profile is; with --protocol frame send the \
+                 program, or make the dump with a profile whose bus.protocol is \"frame\""
+            );
+            return Err(reason).or_bad_input();
+        }
         return stranger(&format!(
             "for machine {made_for} or another version of it, not for {}",
             machine.id

@@ -129,7 +129,7 @@ fn fill(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Result<
         y: (("fill_ms", "fill ms"), Scale::logarithmic("time to fill, ms")),
         by: ("nodes", "nodes"),
         limits: vec![Limit {
-            name: format!("what they hold: {buffer_s} s"),
+            name: format!("what they hold at 100 Hz: {buffer_s} s"),
             along: Along::Y,
             at: buffer_s * 1e3,
         }],

@@ -203,6 +203,9 @@ impl Report<'_> {
         } else if done && !self.is_direct && !self.global.quiet {
             say!("the nodes executed what was planned, tick by tick ({} ticks)", job.ticks);
         }
+        if done && found.difference.is_none() && found.hazards > 0 {
+            say!("error: {} hazards: a machine may not do what these nodes did", found.hazards);
+        }
         if let Some(contour) = &found.contour {
             self.contour(contour);
         }

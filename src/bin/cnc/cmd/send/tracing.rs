@@ -10,6 +10,7 @@ use cnc::wire_io::journal::Resumed;
 use cnc::wire_io::{Speed, Trace, TraceHeader};
 
 use super::Args;
+use crate::input;
 
 /// A trace to come.
 pub struct Tracing {
@@ -31,6 +32,7 @@ impl Tracing {
         resumed: Option<Resumed>,
     ) -> anyhow::Result<Option<Tracing>> {
         let Some(path) = &args.trace else { return Ok(None) };
+        input::keep(path).with_context(|| format!("trace {}", path.display()))?;
         let file = File::create(path).with_context(|| format!("trace {}", path.display()))?;
         let name = |path: &Path| path.display().to_string();
         let program = args.file.as_deref().map_or("blocks as typed".to_owned(), name);
