@@ -40,6 +40,9 @@ impl WholeFile {
     /// Makes sure that a file can be written.
     pub fn create(path: &Path) -> anyhow::Result<WholeFile> {
         let context = || format!("{} cannot be written", path.display());
+        if path == Path::new("-") {
+            return Err(anyhow!("- is standard output, which does not take this: name a file"));
+        }
         input::keep(path).with_context(context)?;
         if path.exists() && !path.is_file() {
             let file = File::create(path).with_context(context)?;
