@@ -11,6 +11,7 @@ use cnc::path::{self, PathItem};
 use cnc::plan::{self, BlockSpeed, Feed, Planned, SeamReport, Seams};
 use cnc::step::{self, Summary, thesis};
 use cnc::tape::{Encoding, Header, Origin};
+use cnc::verify::{self, Setup};
 
 use crate::args::Global;
 use crate::exit::{Exit, Failure};
@@ -213,6 +214,22 @@ impl Program {
                 summary.borrow_mut().command(command);
             }
         })
+    }
+
+    /// The job's commands held against the path, as `verify` would hold its dump.
+    pub fn verified(&self) -> anyhow::Result<verify::Report> {
+        let machine = &self.machine;
+        let setup = Setup {
+            machine,
+            tick_us: machine.bus.tick_us,
+            start_steps: machine.nearest_steps(&self.start_mm()),
+            constant_feed: self.feed == Feed::Constant,
+            with_events: true,
+            with_buffers: true,
+        };
+        let summary = RefCell::new(Summary::default());
+        let path = || Ok::<_, RunError>(self.path());
+        Ok(verify::verify(&setup, || self.commands(&summary), path)?)
     }
 
     /// Where node buffers end, found when it is first asked for.

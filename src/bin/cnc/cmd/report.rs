@@ -10,11 +10,9 @@ use anyhow::{Context, anyhow};
 use askama::Template;
 use cnc::base::Command;
 use cnc::base::machine::Protocol;
-use cnc::interp::RunError;
-use cnc::plan::Feed;
 use cnc::plot::{Quantity, Traces, View};
 use cnc::step::{Phases, Summary};
-use cnc::verify::{self, Setup, Verdict, verify};
+use cnc::verify::{self, Verdict};
 use cnc::wire::{Job, lint};
 
 use self::page::{Banner, Figure, Finding, Page, Table, number, text};
@@ -136,7 +134,8 @@ fn job(page: &mut Page, program: &Program) -> Result<bool, Failure> {
     if let Some(times) = &mut summary.times {
         times.finish();
     }
-    let report = verified(program)?;
+    let report =
+        program.verified().with_context(|| program.source.name().to_owned()).or_bad_input()?;
     let bus = has_nodes.then(|| {
         let job = Job::new(kept, start_steps, machine)?;
         lint(&job, machine)
@@ -175,24 +174,6 @@ fn job(page: &mut Page, program: &Program) -> Result<bool, Failure> {
         page.tables.push(table);
     }
     Ok(holds)
-}
-
-/// The job's commands against the path of the program.
-fn verified(program: &Program) -> Result<verify::Report, Failure> {
-    let machine = &program.machine;
-    let setup = Setup {
-        machine,
-        tick_us: machine.bus.tick_us,
-        start_steps: machine.nearest_steps(&program.start_mm()),
-        constant_feed: program.feed() == Feed::Constant,
-        with_events: true,
-        with_buffers: true,
-    };
-    let summary = RefCell::new(Summary::default());
-    let path = || Ok::<_, RunError>(program.path());
-    verify(&setup, || program.commands(&summary), path)
-        .with_context(|| anyhow!("{}", program.source.name()))
-        .or_bad_input()
 }
 
 fn reason<T, E: std::fmt::Display>(report: &verify::Report, bus: &Option<Result<T, E>>) -> String {

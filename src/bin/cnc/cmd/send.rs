@@ -17,11 +17,8 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use cnc::base::machine::Protocol;
 use cnc::base::{AxisMap, Command, Machine, Progress, Source};
-use cnc::interp::RunError;
-use cnc::plan::Feed;
 use cnc::step::Summary;
 use cnc::tape::{self, Encoding, Header};
-use cnc::verify;
 use cnc::wire::{
     self, ANSWER_PAUSE_US, Direct, End, Ending, FaultSpec, Faults, Job, JobError, Master, Nodes,
     Timing,
@@ -417,7 +414,7 @@ fn simulate(
     let difference = job.first_difference(&link.nodes().executed());
     let contour = match program {
         Some(program) if ending.end == End::Done && difference.is_none() => {
-            Some(verified(program)?)
+            Some(program.verified()?)
         }
         _ => None,
     };
@@ -425,22 +422,6 @@ fn simulate(
         report.simulated(&job, &ending, Simulated { difference, hazards, contour, struck });
     operator.say_left_on(&ending);
     outcome
-}
-
-/// Holds the plan, which the nodes have executed tick by tick, against the program's path.
-fn verified(program: &Program) -> anyhow::Result<verify::Report> {
-    let machine = &program.machine;
-    let setup = verify::Setup {
-        machine,
-        tick_us: machine.bus.tick_us,
-        start_steps: machine.nearest_steps(&program.start_mm()),
-        constant_feed: program.feed() == Feed::Constant,
-        with_events: true,
-        with_buffers: true,
-    };
-    let summary = RefCell::new(Summary::default());
-    let commands = || program.commands(&summary);
-    Ok(verify::verify(&setup, commands, || Ok::<_, RunError>(program.path()))?)
 }
 
 fn send(

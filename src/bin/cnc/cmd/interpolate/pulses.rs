@@ -10,11 +10,9 @@ use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, AxisMap, Command};
 use cnc::interp::RunError;
 use cnc::path::{PathItem, Segment};
-use cnc::plan::Feed;
 use cnc::plot::{Chart, Curve, Scale};
 use cnc::step::Summary;
 use cnc::systems::pulse::{Interpolator, Made, count};
-use cnc::verify::{Setup, verify};
 use serde_json::{Map, Value, json};
 
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
@@ -102,18 +100,8 @@ fn by_ticks(program: &Program) -> Result<(Whole, u64), Failure> {
             }
         }
     }
-    let setup = Setup {
-        machine,
-        tick_us: machine.bus.tick_us,
-        start_steps: machine.nearest_steps(&program.start_mm()),
-        constant_feed: program.feed() == Feed::Constant,
-        with_events: true,
-        with_buffers: true,
-    };
     let report =
-        verify(&setup, || program.commands(&summary), || Ok::<_, RunError>(program.path()))
-            .context("the ticks cannot be held against the path")
-            .or_bad_input()?;
+        program.verified().context("the ticks cannot be held against the path").or_bad_input()?;
     let linear = machine.axes.iter().filter(|profile| Axis::LINEAR.contains(&profile.axis));
     let coarsest = linear.map(|profile| profile.steps_per_mm).fold(f64::INFINITY, f64::min);
     let error_pulses = report.max_contour_error_mm * coarsest;
