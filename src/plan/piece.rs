@@ -21,7 +21,7 @@ use super::junction::{Bend, Junction};
 use super::{Bound, Ramp, hairpin};
 
 /// How far a curve turns in a piece at most: 1.25 degrees.
-const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
+pub const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
 
 /// Between a piece's ends limits may be tighter than the straight line between those at the ends.
 /// The square of the speed that an axis's own allows, V²/cos²θ, bends most: at 45 degrees, where
@@ -93,56 +93,8 @@ struct Pull {
 }
 
 impl Piece {
-    /// Cuts a segment into pieces, each with the junction at its start, for the first of which
-    /// there is `first`. Without ramps lines and arcs are run at the speed that the whole of them can
-    /// be run at, whatever accelerations that takes.
-    pub fn cut(
-        segment: &Arc<Segment>,
-        machine: &Machine,
-        ramps: bool,
-        first: Junction,
-        mut take: impl FnMut(Piece),
-    ) {
-        if let Curve::Spline(spline) = &segment.curve {
-            return Piece::cut_spline(segment, spline.spans(), machine, ramps, first, take);
-        }
-        let length_mm = segment.length_mm();
-        let mut whole = Piece::whole(segment, machine);
-        if !ramps {
-            whole.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
-        }
-        let least = whole.least_count(machine);
-        let turn_rad = match &segment.curve {
-            Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
-            Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
-        };
-        // A curve in two at least, so that from rest to rest it has somewhere to be fast.
-        let count = if turn_rad > 0.0 { (turn_rad / TURN_MAX_RAD).max(2.0) } else { 1.0 };
-        let count = count.max(least).ceil() as u64;
-        let length_mm = length_mm / count as f64;
-        let (mut from, mut junction) = (0.0, first);
-        if count == 1 && turn_rad == 0.0 {
-            return take(Piece { junction, ..whole });
-        }
-        let mut rates_from = segment.rates_at(from);
-        for k in 1..=count {
-            let to = k as f64 / count as f64;
-            let shares = [from, to];
-            from = to;
-            let piece = if turn_rad > 0.0 {
-                let rates_to = segment.rates_at(to);
-                let ends = [std::mem::replace(&mut rates_from, rates_to), rates_to];
-                Piece::bent(segment, shares, length_mm, &ends, machine)
-            } else {
-                Piece { shares, length_mm, ..whole.clone() }
-            };
-            let first = std::mem::replace(&mut junction, Junction::STRAIGHT);
-            take(Piece { junction: first, ..piece });
-        }
-    }
-
     /// A spline span by span: its corners and cusps lie between them.
-    fn cut_spline(
+    pub(super) fn cut_spline(
         segment: &Arc<Segment>,
         spans: &[Span],
         machine: &Machine,
@@ -243,14 +195,19 @@ impl Piece {
         self.grip = self.held(&ends, fastest_sq, machine);
     }
 
+    /// Lets it change its speed at once.
+    pub(super) fn without_ramps(&mut self) {
+        self.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+    }
+
     /// In how many pieces it has to be cut, so that none takes longer than [`longest_s`].
-    fn least_count(&self, machine: &Machine) -> f64 {
+    pub(super) fn least_count(&self, machine: &Machine) -> f64 {
         self.length_mm / self.speed_sq_max().sqrt() / longest_s(machine)
     }
 
     /// A segment as one piece, with the speed that all of it can be run at and, on a line, the
     /// acceleration.
-    fn whole(segment: &Arc<Segment>, machine: &Machine) -> Piece {
+    pub(super) fn whole(segment: &Arc<Segment>, machine: &Machine) -> Piece {
         let mut piece = Piece::at_feed(segment, [0.0, 1.0], segment.length_mm());
         let speeds = segment.axis_speeds();
         let mut accel_mm_s2 = f64::INFINITY;
@@ -267,7 +224,7 @@ impl Piece {
         piece
     }
 
-    fn bent(
+    pub(super) fn bent(
         segment: &Arc<Segment>,
         shares: [f64; 2],
         length_mm: f64,

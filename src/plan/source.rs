@@ -7,9 +7,9 @@ use std::sync::Arc;
 use crate::base::Machine;
 use crate::path::{PathItem, Segment};
 
+use super::cuts::Cuts;
 use super::junction::Junction;
 use super::lookahead::Ahead;
-use super::piece::Piece;
 use super::{Feed, Seams};
 
 /// Turns items of the path into items of the look-ahead.
@@ -23,17 +23,29 @@ pub struct Cutter<'a> {
     /// Number of the next segment; those without length do not count.
     index: u64,
     before: Option<Arc<Segment>>,
+    cutting: Option<Cutting>,
     ready: VecDeque<Ahead>,
+}
+
+/// A segment that is being cut.
+#[derive(Debug)]
+struct Cutting {
+    segment: Arc<Segment>,
+    /// Its number.
+    index: u64,
+    cuts: Cuts,
+    /// A node buffer ends where the last piece did.
+    is_at_seam: bool,
 }
 
 impl<'a> Cutter<'a> {
     /// From rest.
     pub fn new(machine: &'a Machine, feed: Feed, seams: &'a Seams) -> Cutter<'a> {
         let ready = VecDeque::new();
-        Cutter { machine, feed, seams, next_seam: 0, index: 0, before: None, ready }
+        Cutter { machine, feed, seams, next_seam: 0, index: 0, before: None, cutting: None, ready }
     }
 
-    /// Takes an item of the path.
+    /// Takes an item of the path, once all pieces of the one before have been given.
     pub fn push(&mut self, item: PathItem) {
         match item {
             PathItem::Event(event) => {
@@ -46,7 +58,25 @@ impl<'a> Cutter<'a> {
 
     /// Gives the next item.
     pub fn pop(&mut self) -> Option<Ahead> {
-        self.ready.pop_front()
+        if let Some(item) = self.ready.pop_front() {
+            return Some(item);
+        }
+        let cutting = self.cutting.as_mut()?;
+        let Some(mut piece) = cutting.cuts.next(self.machine) else {
+            let done = self.cutting.take()?;
+            self.before = (!done.is_at_seam).then_some(done.segment);
+            return None;
+        };
+        if cutting.is_at_seam {
+            piece.junction = Junction::REST;
+        }
+        let seam = self.seams.at(self.next_seam, cutting.index, piece.shares[1]);
+        cutting.is_at_seam = seam.is_some();
+        if let Some(kind) = seam {
+            self.next_seam += 1;
+            self.ready.push_back(Ahead::Seam(kind));
+        }
+        Some(Ahead::Piece(piece))
     }
 
     fn segment(&mut self, segment: Arc<Segment>) {
@@ -63,23 +93,7 @@ impl<'a> Cutter<'a> {
             None => Junction::REST,
         };
         let ramps = self.feed != Feed::Constant;
-        let (ready, seams, next_seam) = (&mut self.ready, self.seams, &mut self.next_seam);
-        let (machine, mut is_at_seam) = (self.machine, false);
-        Piece::cut(&segment, machine, ramps, junction, |piece| {
-            let mut piece = Box::new(piece);
-            if is_at_seam {
-                piece.junction = Junction::REST;
-            }
-            let seam = seams.at(*next_seam, index, piece.shares[1]);
-            ready.push_back(Ahead::Piece(piece));
-            is_at_seam = seam.is_some();
-            if let Some(kind) = seam {
-                *next_seam += 1;
-                ready.push_back(Ahead::Seam(kind));
-            }
-        });
-        if !is_at_seam {
-            self.before = Some(segment);
-        }
+        let cuts = Cuts::new(&segment, self.machine, ramps, junction);
+        self.cutting = Some(Cutting { segment, index, cuts, is_at_seam: false });
     }
 }

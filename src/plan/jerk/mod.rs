@@ -181,6 +181,7 @@ mod tests {
     use super::*;
     use crate::base::{Axis, Machine, Plane, Point};
     use crate::path::{Arc, Curve, Segment};
+    use crate::plan::cuts::Cuts;
     use crate::plan::junction::Junction;
 
     /// Pieces of circles of changing radius that join, and the greatest speeds on them.
@@ -204,8 +205,8 @@ mod tests {
             let curve = Curve::Arc(arc);
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
             let segment = std::sync::Arc::new(segment);
-            let take = |piece| pieces.push(piece);
-            Piece::cut(&segment, machine, true, Junction::STRAIGHT, take);
+            let mut cuts = Cuts::new(&segment, machine, true, Junction::STRAIGHT);
+            pieces.extend(std::iter::from_fn(|| cuts.next(machine)).map(|piece| *piece));
         }
         let mut speeds_sq = vec![0.0; pieces.len() + 1];
         for i in (1..pieces.len()).rev() {

@@ -1,0 +1,104 @@
+//! Segment → its pieces, one at a time: a slow one has more than memory should hold.
+
+use std::sync::Arc;
+use std::vec;
+
+use crate::base::Machine;
+use crate::path::{Curve, Rates, Segment};
+
+use super::junction::Junction;
+use super::piece::{Piece, TURN_MAX_RAD};
+
+/// The pieces of a segment, in order, each with the junction at its start.
+#[derive(Debug)]
+pub enum Cuts {
+    /// A line that is one piece.
+    One(Option<Box<Piece>>),
+    /// A line or an arc, in equal parts.
+    Equal(Box<EqualCuts>),
+    /// A spline: no more than its spans by a few.
+    Spline(vec::IntoIter<Piece>),
+}
+
+/// See [`Cuts::Equal`].
+#[derive(Debug)]
+pub struct EqualCuts {
+    whole: Piece,
+    length_mm: f64,
+    count: u64,
+    /// So many have been given.
+    given: u64,
+    /// The junction of the next one.
+    junction: Junction,
+    /// On a curve: the derivatives where the next one begins.
+    rates: Option<Rates>,
+}
+
+impl Cuts {
+    /// Of a segment with this junction at its start. Without ramps lines and arcs are run at the speed that
+    /// the whole of them can be run at, whatever accelerations that takes.
+    pub fn new(segment: &Arc<Segment>, machine: &Machine, ramps: bool, first: Junction) -> Cuts {
+        if let Curve::Spline(spline) = &segment.curve {
+            let mut pieces = Vec::new();
+            let take = |piece| pieces.push(piece);
+            Piece::cut_spline(segment, spline.spans(), machine, ramps, first, take);
+            return Cuts::Spline(pieces.into_iter());
+        }
+        let mut whole = Piece::whole(segment, machine);
+        if !ramps {
+            whole.without_ramps();
+        }
+        let least = whole.least_count(machine);
+        let turn_rad = match &segment.curve {
+            Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
+            Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
+        };
+        // A curve in two at least, so that from rest to rest it has somewhere to be fast.
+        let count = if turn_rad > 0.0 { (turn_rad / TURN_MAX_RAD).max(2.0) } else { 1.0 };
+        let count = count.max(least).ceil() as u64;
+        if count == 1 && turn_rad == 0.0 {
+            whole.junction = first;
+            return Cuts::One(Some(Box::new(whole)));
+        }
+        Cuts::Equal(Box::new(EqualCuts {
+            length_mm: whole.length_mm / count as f64,
+            rates: (turn_rad > 0.0).then(|| segment.rates_at(0.0)),
+            whole,
+            count,
+            given: 0,
+            junction: first,
+        }))
+    }
+
+    /// The next piece.
+    pub fn next(&mut self, machine: &Machine) -> Option<Box<Piece>> {
+        match self {
+            Cuts::One(piece) => piece.take(),
+            Cuts::Equal(cuts) => cuts.next(machine).map(Box::new),
+            Cuts::Spline(pieces) => pieces.next().map(Box::new),
+        }
+    }
+}
+
+impl EqualCuts {
+    fn next(&mut self, machine: &Machine) -> Option<Piece> {
+        if self.given == self.count {
+            return None;
+        }
+        let place = |k: u64| k as f64 / self.count as f64;
+        let shares = [place(self.given), place(self.given + 1)];
+        self.given += 1;
+        let junction = std::mem::replace(&mut self.junction, Junction::STRAIGHT);
+        let (length_mm, segment) = (self.length_mm, &self.whole.segment);
+        let mut piece = match &mut self.rates {
+            Some(rates) => {
+                let to = segment.rates_at(shares[1]);
+                let ends = [std::mem::replace(rates, to), to];
+                Piece::bent(segment, shares, length_mm, &ends, machine)
+            }
+            None => self.whole.clone(),
+        };
+        (piece.shares, piece.length_mm, piece.junction) = (shares, length_mm, junction);
+        Some(piece)
+    }
+}
