@@ -228,20 +228,6 @@ fn a_program_is_sent_in_frames() {
     bench.cnc(&resume, 2, "acknowledge nothing");
 }
 
-/// What was planned is executed, and is the program's path.
-#[test]
-fn samples_go_through_in_frames() {
-    let bench = Bench::new("", "starmill");
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/good");
-    for file in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-        let file = file.to_str().unwrap();
-        if file.ends_with(".nc") {
-            let send = ["send", "sim:", file, "--protocol", "frame", "--ignore-stops"];
-            bench.cnc(&send, 0, "and that is the program's path");
-        }
-    }
-}
-
 #[test]
 fn six_axes_have_places_and_nine_have_not() {
     let full = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/machines/full-bus.toml");

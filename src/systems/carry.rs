@@ -17,7 +17,7 @@ pub mod blocks;
 
 use std::fmt;
 
-use crate::base::machine::{Bus, TICK_MARGIN_US};
+use crate::base::machine::{Bus, FRAME_PLACES, TICK_MARGIN_US};
 
 /// Bits on the line for a byte: start, eight, stop.
 const BITS_A_BYTE: f64 = 10.0;
@@ -29,8 +29,6 @@ const FILL_EXTRA_BYTES: f64 = 4.0;
 const INFO_BYTES: f64 = 1.0;
 /// An axis in a frame.
 const FRAME_AXIS_BYTES: f64 = 2.0;
-/// A frame has places for so many axes, and more only where there are more (figure 3.11: 13 bytes).
-const FRAME_PLACES: f64 = 6.0;
 /// How many periods a block lasts, in a message of coefficients.
 const PERIODS_BYTES: f64 = 4.0;
 /// Constants of a difference equation for each axis: A and B, C and D, E and F, or G and H.
@@ -329,7 +327,7 @@ impl Setting {
         let nodes = f64::from(nodes);
         match self.interface {
             Interface::Frame => {
-                BITS_A_BYTE * (INFO_BYTES + FRAME_AXIS_BYTES * nodes.max(FRAME_PLACES))
+                BITS_A_BYTE * (INFO_BYTES + FRAME_AXIS_BYTES * nodes.max(f64::from(FRAME_PLACES)))
             }
             Interface::Coefficients => {
                 let constants = CONSTANTS_AN_AXIS * (f64::from(self.word_bits) / 8.0).ceil();

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use cnc::base::{Axis, AxisMap, Command, Event, Machine, Point, Tick};
 use cnc::path::{Curve, PathItem, Segment};
-use cnc::verify::{Report, Setup, Verdict, verify};
+use cnc::verify::{Report, Setup, Verdict, distances, verify};
 use proptest::prelude::*;
 
 mod drawing;
@@ -72,6 +72,40 @@ fn a_sound_job_passes() {
     assert!((0.001..report.max_contour_error_mm).contains(&rms), "{rms}");
     assert!(report.end_error_steps.values().all(|error| *error == 0));
     assert!(report.worst_blocks.len() >= 5);
+}
+
+/// What drawings show, tick by tick, is what the report sums up; they end where a job is too far off.
+#[test]
+fn distances_are_those_of_the_report() {
+    let (machine, path) = (starmill(), drawing());
+    let mut job = steps(&machine, &path);
+    let seen = |job: &[Command], within_mm: f64| {
+        let setup = Setup {
+            machine: &machine,
+            tick_us: machine.bus.tick_us,
+            start_steps: machine.nearest_steps(&machine.work_zero_mm),
+            constant_feed: false,
+            with_events: true,
+            with_buffers: true,
+        };
+        let mut seen = Vec::new();
+        let commands = || Ok::<_, Infallible>(job.iter().cloned().map(Ok));
+        let path = || Ok::<_, Infallible>(path.iter().cloned().map(Ok));
+        let take = |tick: u64, mm: f64| seen.push((tick, mm));
+        distances(&setup, within_mm, commands, path, take).expect("nothing breaks off");
+        seen
+    };
+    let report = held(&machine, &path, &job, false);
+    let all = seen(&job, report.tolerance_mm);
+    assert_eq!(all.len() as u64, report.ticks);
+    assert!(all.iter().zip(0..).all(|((tick, _), number)| *tick == number));
+    let most_mm = all.iter().map(|(_, mm)| *mm).fold(0.0, f64::max);
+    assert!(most_mm > 0.5 * report.max_contour_error_mm, "{most_mm}");
+    assert!(most_mm <= report.max_contour_error_mm + 2e-5, "{most_mm}");
+    // Ten steps more on Y, from a tick in the middle on: beyond the bound there.
+    let at = middle(&mut job, 2);
+    ticks(&mut job)[at].counts[Axis::Y] += 10;
+    assert!((seen(&job, report.tolerance_mm).len() as u64) < report.ticks);
 }
 
 #[test]

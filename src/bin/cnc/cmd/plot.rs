@@ -187,17 +187,13 @@ pub fn sheet_of(
         Some(lines) if program.inputs.is_empty() => texts_of(&program.source, &lines)?,
         Some(_) | None => BTreeMap::new(),
     };
-    let wrong = strokes.outside().map(|(at_mm, line)| {
-        let text = format!("line {line} leaves the travel");
-        Mark { at_mm, text }
-    });
     Ok(Sheet {
         title: format!("{} on {}", program.source.file_name(), program.machine.name),
         views,
         strokes: &strokes,
         travel_mm,
         seams: &seams,
-        wrong,
+        wrong: outside(&strokes),
         texts: &texts,
     }
     .to_string())
@@ -230,15 +226,18 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
             strokes: &strokes,
             travel_mm: travel_mm(&machine),
             seams: &[],
-            wrong: strokes.outside().map(|(at_mm, line)| Mark {
-                at_mm,
-                text: format!("line {line} leaves the travel"),
-            }),
+            wrong: outside(&strokes),
             texts: &BTreeMap::new(),
         }
         .to_string(),
     };
     Ok(Drawn { svg, exit: if strokes.outside().is_some() { Exit::BadInput } else { Exit::Ok } })
+}
+
+/// The first place outside of the travel.
+fn outside(strokes: &Strokes) -> Option<Mark> {
+    let text = |line| format!("line {line} leaves the travel");
+    strokes.outside().map(|(at_mm, line)| Mark { at_mm, text: text(line) })
 }
 
 fn views(view: ViewArg) -> &'static [View] {
