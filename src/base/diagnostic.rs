@@ -56,7 +56,16 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// Column of the fault in characters, from 1.
     pub fn column(&self) -> u32 {
-        let within = self.span.start.saturating_sub(self.text_offset) as usize;
+        self.column_of(self.span.start)
+    }
+
+    /// Column just after the fault in characters, from 1: at least that of the fault.
+    pub fn end_column(&self) -> u32 {
+        self.column_of(self.span.end.max(self.span.start))
+    }
+
+    fn column_of(&self, byte: u32) -> u32 {
+        let within = byte.saturating_sub(self.text_offset) as usize;
         let chars = self.text.char_indices().take_while(|(at, _)| *at < within).count();
         self.text_offset + chars as u32 + 1
     }

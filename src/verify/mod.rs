@@ -18,6 +18,7 @@
 //! takes more to be told, or a job is out of tolerance, several times. Memory is that of the path
 //! within the tolerance. What is not done: jerk is reported and not judged.
 
+mod checks;
 mod compare;
 mod contour;
 mod edges;
@@ -33,6 +34,7 @@ mod sweep;
 
 use std::collections::BTreeMap;
 
+pub use self::checks::CHECKS;
 pub use self::compare::{Comparison, FirstDifference, compare};
 pub use self::report::{BlockError, Check, Place, Report, Verdict};
 

@@ -5,6 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::checks::CHECKS;
 use super::sweep::Death;
 use crate::base::Axis;
 use crate::base::rounding::six_digits;
@@ -113,6 +114,7 @@ pub struct Check {
 impl Check {
     /// Holds a value against its limit. Rounding of the last digits is forgiven.
     pub fn new(check: &'static str, axis: Option<Axis>, value: f64, limit: f64) -> Check {
+        debug_assert!(CHECKS.iter().any(|(name, _)| *name == check), "{check} is not listed");
         let holds = value <= limit * (1.0 + 1e-9);
         let verdict = if holds { Verdict::Pass } else { Verdict::Fail };
         Check { check, axis, value, limit, unit: "", at: None, verdict, note: None }

@@ -10,8 +10,8 @@ pub enum Exit {
     Ok = 0,
     /// The input is bad, and all about it has been said.
     BadInput = 1,
-    /// A machine profile is bad, and all about it has been said.
-    BadProfile = 2,
+    /// A machine profile is bad or a file cannot be read, and all about it has been said.
+    Unusable = 2,
     /// The port, the bus or a node failed, and all about it has been said.
     Bus = 3,
     /// Interrupted by the operator, and all about it has been said.

@@ -23,6 +23,7 @@ mod input;
 mod interrupt;
 mod journal;
 mod language;
+mod many;
 mod output;
 mod port;
 mod program;

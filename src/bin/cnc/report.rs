@@ -61,20 +61,26 @@ pub fn totals(source_name: &str, checked: &Checked, global: &Global) {
     if errors == 0 && (warnings == 0 || global.quiet) {
         return;
     }
-    let count = |count: u64, one: &str| match count {
-        0 => None,
-        1 => Some(format!("1 {one}")),
-        _ => Some(format!("{count} {one}s")),
-    };
-    let counts: Vec<String> =
-        [count(errors, "error"), count(warnings, "warning")].into_iter().flatten().collect();
     let max = global.max_errors;
     let cut = if errors.max(warnings) > max as u64 {
         format!(" (at most {max} of each are shown: --max-errors)")
     } else {
         String::new()
     };
-    say!("{source_name}: {}{cut}", counts.join(", "));
+    say!("{source_name}: {}{cut}", counts(errors, warnings));
+}
+
+/// `3 errors, 1 warning`; nothing of neither.
+pub fn counts(errors: u64, warnings: u64) -> String {
+    let counts = [(errors, "error"), (warnings, "warning")].into_iter();
+    let counts = counts.filter(|(count, _)| *count > 0);
+    counts.map(|(count, of)| counted(count, of)).collect::<Vec<_>>().join(", ")
+}
+
+/// `1 error`, `2 errors`.
+pub fn counted(count: u64, of: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {of}{plural}")
 }
 
 fn use_color(global: &Global) -> bool {

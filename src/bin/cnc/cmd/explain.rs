@@ -151,6 +151,16 @@ fn explain_rule(out: &mut impl Write, rule: &Rule, global: &Global) -> anyhow::R
     Ok(())
 }
 
+/// A rule's two programs, with what each is.
+pub fn examples(rule: &Rule) -> io::Result<String> {
+    let mut text = Vec::new();
+    writeln!(text, "This program has the mistake:\n")?;
+    write_program(&mut text, without_remark(rule.bad))?;
+    writeln!(text, "\nMended:\n")?;
+    write_program(&mut text, rule.mended)?;
+    Ok(String::from_utf8_lossy(&text).into_owned())
+}
+
 fn without_remark(program: &str) -> &str {
     program.split_once('\n').map_or("", |(_, rest)| rest)
 }

@@ -3,25 +3,29 @@
 mod pulses;
 
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::anyhow;
 use cnc::base::{
     Axis, AxisMap, CallSite, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline,
 };
 use cnc::gcode::rules;
-use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
+use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options, Tools};
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
 use crate::language::LanguageArgs;
-use crate::{fixed, input, report};
+use crate::many::files::{Entry, Found};
+use crate::many::judged::Judged;
+use crate::many::{Judge, ManyArgs};
+use crate::{fixed, input, many, report};
 
 /// Check an NC program and print what it means
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// NC program; - for standard input
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// NC programs, and folders with all programs below them; - for standard input
+    #[arg(value_name = "FILE|FOLDER", required = true)]
+    files: Vec<PathBuf>,
     /// Where the job starts, in machine coordinates [default: the machine's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     start: Option<input::Start>,
@@ -34,25 +38,70 @@ pub struct Args {
     /// instead of the motion
     #[arg(long)]
     fp: bool,
+    #[command(flatten)]
+    many: ManyArgs,
+}
+
+impl Args {
+    /// The options of a run of one of the programs.
+    fn options(&self, file: &Path, machine: &Machine, tools: &Tools) -> Options {
+        let start_mm = self.start.as_ref().map(|start| start.position_mm(machine));
+        Options { start_mm, tools: tools.clone(), ..self.language.options(file) }
+    }
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let machine = input::machine(global)?;
-    let source = input::program(&args.file)?;
-    let start_mm = args.start.as_ref().map(|start| start.position_mm(&machine));
+    let (machine, is_many) = (input::machine(global)?, args.many.is_set(global)?);
     let (tools, _) = input::tools(args.tools.as_deref())?;
-    let options = Options { start_mm, tools, ..args.language.options(&args.file) };
+    match args.files.as_slice() {
+        [file] if !is_many && !file.is_dir() => one(file, &machine, &tools, args, global),
+        _ if args.fp => {
+            Err(anyhow!("--fp lists the pulses of one program, as text or --json").into())
+        }
+        files => many(files, &machine, &tools, args, global),
+    }
+}
+
+/// Checks programs, and tells of each in turn.
+fn many(
+    files: &[PathBuf],
+    machine: &Machine,
+    tools: &Tools,
+    args: &Args,
+    global: &Global,
+) -> Outcome {
+    let found = Found::of(files);
+    many::say_left_out(&found, global);
+    let work = |entry: &Entry| {
+        let mut judged = Judged::new(entry.path.clone());
+        let checked = entry.readable().and_then(|file| {
+            let (source, options) = (input::program(file)?, args.options(file, machine, tools));
+            Ok(interp::check(&source, machine, &options, global.max_errors)?)
+        });
+        match checked {
+            Ok(checked) => judged.checked = Some(checked),
+            Err(failure) => judged.trouble = Some(failure),
+        }
+        judged
+    };
+    args.many.run(Judge::Interpret, &found.programs, |entry| &entry.path, work, global)
+}
+
+/// Checks a program and prints what it means.
+fn one(file: &Path, machine: &Machine, tools: &Tools, args: &Args, global: &Global) -> Outcome {
+    let source = input::program(file)?;
+    let options = args.options(file, machine, tools);
     let is_wanted = global.json || !global.quiet;
     let is_listed = is_wanted && !args.fp;
     let (checked, record) = if is_listed {
-        interp::check_and_record(&source, &machine, &options, global.max_errors)?
+        interp::check_and_record(&source, machine, &options, global.max_errors)?
     } else {
-        (interp::check(&source, &machine, &options, global.max_errors)?, None)
+        (interp::check(&source, machine, &options, global.max_errors)?, None)
     };
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
     let mut errors = checked.diagnostics.iter().filter(as_json);
-    let written = errors.try_for_each(|error| write_error(&mut out, error, &checked));
+    let written = errors.try_for_each(|error| write_error(&mut out, error, &checked, None));
     unless_unread(written.and_then(|()| out.flush()))?;
     let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
     report::diagnostics(source.name(), drawn, global);
@@ -63,7 +112,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     }
     if args.fp {
         drop(out);
-        return pulses::report(&source, &machine, &options, is_wanted.then_some(global.json));
+        return pulses::report(&source, machine, &options, is_wanted.then_some(global.json));
     }
     if !is_listed {
         return Ok(Exit::Ok);
@@ -73,7 +122,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         .filter(|axis| Axis::LINEAR.contains(axis) || checked.summary.axes_used.contains(*axis))
         .collect();
     if !global.json {
-        write_summary(&mut out, &source, &machine, &checked)?;
+        write_summary(&mut out, &source, machine, &checked)?;
     }
     let mut listing = Listing::new(out, axes, global.json);
     if !global.json {
@@ -85,7 +134,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             listing.write(motion)?;
         }
     } else {
-        let mut motions = interp::motions(&source, &machine, &options);
+        let mut motions = interp::motions(&source, machine, &options);
         while let Some(motion) = motions.read()? {
             listing.write(motion)?;
         }
@@ -107,7 +156,7 @@ struct ErrorLine<'a> {
     /// The calls that led there, outermost first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     calls: Vec<CallLine<'a>>,
-    /// The file of a subprogram, where it is not the program's own.
+    /// The file: of one program that of a subprogram, where it is not the program's own.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a str>,
     /// Of an axis that leaves its travel: the least and the greatest shift of the part that makes it
@@ -130,7 +179,13 @@ impl CallLine<'_> {
     }
 }
 
-fn write_error(out: &mut impl Write, diagnostic: &Diagnostic, checked: &Checked) -> io::Result<()> {
+/// Writes an error as `--json` prints it; of one of many programs with the name of its file.
+pub fn write_error(
+    out: &mut impl Write,
+    diagnostic: &Diagnostic,
+    checked: &Checked,
+    program: Option<&str>,
+) -> io::Result<()> {
     let of_rule =
         |axis: &Axis| rules::limits(*axis).iter().any(|rule| rule.name == diagnostic.rule);
     let axis = Axis::ALL.into_iter().find(of_rule);
@@ -142,7 +197,7 @@ fn write_error(out: &mut impl Write, diagnostic: &Diagnostic, checked: &Checked)
         message: &diagnostic.message,
         help: diagnostic.help.as_deref(),
         calls: diagnostic.calls.iter().map(CallLine::of).collect(),
-        file: diagnostic.file.as_deref(),
+        file: diagnostic.file.as_deref().or(program),
         shift_mm: axis.and_then(|axis| checked.summary.shifts_mm[axis]),
     };
     writeln!(out, "{}", serde_json::to_string(&line)?)

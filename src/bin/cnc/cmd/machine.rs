@@ -194,7 +194,7 @@ fn check(out: &mut impl Write, files: &[String], global: &Global) -> Outcome {
         }
     }
     unless_unread(out.flush())?;
-    Ok(if bad == 0 { Exit::Ok } else { Exit::BadProfile })
+    Ok(if bad == 0 { Exit::Ok } else { Exit::Unusable })
 }
 
 fn result_json(file: &str, result: &Result<Machine, ProfileError>) -> Value {

@@ -1,5 +1,7 @@
 //! `cnc verify`: holds a command dump against the analytic path of its program.
 
+mod many;
+
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -11,56 +13,205 @@ use cnc::tape::{Header, Origin, Reader, TapeError};
 use cnc::verify::{Check, Report, Setup, Verdict, verify};
 
 use crate::args::Global;
-use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
+use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input::{self, Start};
-use crate::language::{DialectArg, LanguageArgs, SubprogramArgs};
+use crate::language::{DialectArg, LanguageArgs};
+use crate::many::judged::Judged;
+use crate::many::{ManyArgs, say_notes};
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
+use crate::report;
 
-/// Hold a command dump against the path of its program
+/// Hold a command dump, or the steps of programs, against the path that is programmed
 #[derive(Debug, clap::Args)]
+#[command(override_usage = USAGE)]
 pub struct Args {
-    /// NC program that the dump was made from; - for standard input
-    #[arg(value_name = "PROGRAM")]
-    program: PathBuf,
-    /// Command dump; - for standard input
-    #[arg(value_name = "DUMP")]
-    dump: PathBuf,
+    /// An NC program and its command dump. Or programs, and folders with all programs below them: each is
+    /// held against the dump beside it (part.nc, part.csv), if there is one, else against the steps that
+    /// are planned for it here. - is standard input
+    #[arg(value_name = "FILE|FOLDER", required = true)]
+    files: Vec<PathBuf>,
+    /// Take two files for two programs, not for a program and its dump
+    #[arg(long)]
+    programs: bool,
     /// Take a dump without metadata, from another tool: columns X, Y, Z with the steps of each
     /// tick suffice, by the profile given
     #[arg(long)]
     unsealed: bool,
     #[command(flatten)]
-    subprograms: SubprogramArgs,
-    /// Tool table that the dump was made with
-    #[arg(long, value_name = "FILE")]
-    tools: Option<PathBuf>,
+    motion: MotionArgs,
+    #[command(flatten)]
+    many: ManyArgs,
 }
 
+/// How its files are given.
+const USAGE: &str = "cnc verify [OPTIONS] PROGRAM DUMP
+       cnc verify [OPTIONS] FILE|FOLDER...";
+
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    if args.program == Path::new("-") && args.dump == Path::new("-") {
-        return Err(anyhow!("standard input cannot be both the program and the dump").into());
+    let pair = args.pair()?;
+    let (machine, is_many) = (input::machine(global)?, args.many.is_set(global)?);
+    match args.files.as_slice() {
+        [program, _] if pair.is_some() && !is_many => one(program, pair, machine, args, global),
+        [program] if !is_many && !program.is_dir() => one(program, None, machine, args, global),
+        files => many::run(files, pair, &machine, args, global),
     }
-    let machine = input::machine(global)?;
-    let program = input::program(&args.program)?;
-    let dump = input::source(&args.dump)?;
+}
+
+impl Args {
+    /// The dump, if it is named with its program.
+    fn pair(&self) -> anyhow::Result<Option<&Path>> {
+        let named = match self.files.as_slice() {
+            [program, dump] if !self.programs && !program.is_dir() && !dump.is_dir() => {
+                if [program, dump].into_iter().all(|file| file == Path::new("-")) {
+                    bail!("standard input cannot be both the program and the dump");
+                }
+                Some(dump.as_path())
+            }
+            _ => None,
+        };
+        let MotionArgs { feed, feed_override, start, language, tools: _ } = &self.motion;
+        let is_told = *feed != FeedMode::default()
+            || feed_override.is_some()
+            || start.is_some()
+            || language.dialect.0 != Dialect::default()
+            || language.block_delete
+            || language.lenient;
+        if named.is_some() && is_told {
+            bail!(
+                "the dump says how it was made; --feed, --override, --start, --dialect, --block-delete \
+                 and --lenient are for programs without one"
+            );
+        }
+        if named.is_none() && self.unsealed {
+            bail!("--unsealed takes a program and its dump: cnc verify --unsealed PROGRAM DUMP");
+        }
+        Ok(named)
+    }
+}
+
+/// Judges one program and prints the table of its checks, or the document.
+fn one(
+    program: &Path,
+    dump: Option<&Path>,
+    machine: Machine,
+    args: &Args,
+    global: &Global,
+) -> Outcome {
+    let mut judged = Judged::new(program.to_owned());
+    let outcome = judge(&mut judged, dump, &machine, args, global);
+    if dump.is_none() && !global.quiet {
+        match &judged.dump {
+            Some(dump) => say!("note: held against {dump}, which lies beside it"),
+            None => say!("note: no dump is named: the steps that are planned here are judged"),
+        }
+    }
+    say_notes(&judged, global);
+    if let Some(checked) = &judged.checked {
+        report::checked(&judged.name, checked, global);
+    }
+    outcome?;
+    let Some(report) = &judged.report else { return Ok(Exit::BadInput) };
+    let mut out = io::stdout().lock();
+    let written = if global.json {
+        writeln!(out, "{}", serde_json::to_string(report)?)
+    } else if !global.quiet {
+        print(&mut out, report, global)
+    } else {
+        Ok(())
+    };
+    unless_unread(written.and_then(|()| out.flush()))?;
+    if global.json || global.quiet {
+        let name = judged.dump.as_ref().unwrap_or(&judged.name);
+        report.failures.iter().for_each(|failure| say!("error: {name}: {failure}"));
+    }
+    Ok(if report.verdict == Verdict::Pass { Exit::Ok } else { Exit::BadInput })
+}
+
+/// Holds a dump against its program: the one that is named, or that lies beside it; else the steps
+/// that are planned here. Says nothing: all that is found stands in `judged` as far as it goes.
+fn judge(
+    judged: &mut Judged,
+    dump: Option<&Path>,
+    machine: &Machine,
+    args: &Args,
+    global: &Global,
+) -> Result<(), Failure> {
+    let program = input::program(&judged.path)?;
+    let dump = match dump {
+        Some(dump) => Some(input::source(dump)?),
+        None => beside(judged)?,
+    };
+    match dump {
+        Some(dump) => held(judged, program, dump, machine, args, global),
+        None => planned(judged, program, machine, args, global),
+    }
+}
+
+/// The dump beside a program, which has its name and ends in `.csv`.
+fn beside(judged: &mut Judged) -> anyhow::Result<Option<Source>> {
+    let path = dump_of(&judged.path);
+    if path == judged.path || !path.is_file() {
+        return Ok(None);
+    }
+    let source = input::source(&path)?;
+    if input::is_dump(&source)? {
+        return Ok(Some(source));
+    }
+    let note =
+        format!("note: {} is no command dump: {} is planned here", source.name(), judged.name);
+    judged.notes.push(note);
+    Ok(None)
+}
+
+/// Where a program's dump lies that nobody names.
+fn dump_of(program: &Path) -> PathBuf {
+    program.with_extension("csv")
+}
+
+fn planned(
+    judged: &mut Judged,
+    program: Source,
+    machine: &Machine,
+    args: &Args,
+    global: &Global,
+) -> Result<(), Failure> {
+    let program = Program::judge(&judged.path, program, machine.clone(), &args.motion, global)?;
+    judged.checked = Some(program.checked.clone());
+    if program.checked.errors == 0 {
+        judged.report = Some(program.verified()?);
+    }
+    Ok(())
+}
+
+fn held(
+    judged: &mut Judged,
+    program: Source,
+    dump: Source,
+    machine: &Machine,
+    args: &Args,
+    global: &Global,
+) -> Result<(), Failure> {
     let name = dump.name().to_owned();
-    let reader = open(args, &dump, &machine).with_context(|| name.clone()).or_bad_input()?;
-    if !reader.unused_columns().is_empty() && !global.quiet {
-        say!("warning: {name}: columns not used: {}", reader.unused_columns().join(", "));
+    judged.dump = Some(name.clone());
+    let reader = open(args, &dump, machine).with_context(|| name.clone()).or_bad_input()?;
+    let unused = reader.unused_columns().join(", ");
+    if !unused.is_empty() {
+        judged.notes.push(format!("warning: {name}: columns not used: {unused}"));
     }
     let (with_events, with_buffers) = (reader.has_events(), reader.has_buffers());
     let header = reader.header().clone();
     if !args.unsealed {
-        check_machine(&header, &machine).with_context(|| name.clone()).or_bad_input()?;
+        check_machine(&header, machine).with_context(|| name.clone()).or_bad_input()?;
     }
     let motion = MotionArgs {
-        tools: args.tools.clone(),
-        ..motion(&header, &machine, args).with_context(|| name.clone()).or_bad_input()?
+        tools: args.motion.tools.clone(),
+        ..motion(&header, machine, args).with_context(|| name.clone()).or_bad_input()?
     };
-    let program = match Program::check(&args.program, program, machine, &motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program = Program::judge(&judged.path, program, machine.clone(), &motion, global)?;
+    judged.checked = Some(program.checked.clone());
+    if program.checked.errors > 0 {
+        return Ok(());
+    }
     if !args.unsealed {
         check_program(&header, &program).with_context(|| name.clone()).or_bad_input()?;
     }
@@ -76,19 +227,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
         .with_context(|| name.clone())
         .or_bad_input()?;
-    let mut out = io::stdout().lock();
-    let written = if global.json {
-        writeln!(out, "{}", serde_json::to_string(&report)?)
-    } else if !global.quiet {
-        print(&mut out, &report, global)
-    } else {
-        Ok(())
-    };
-    unless_unread(written.and_then(|()| out.flush()))?;
-    if global.json || global.quiet {
-        report.failures.iter().for_each(|failure| say!("error: {name}: {failure}"));
-    }
-    Ok(if report.verdict == Verdict::Pass { Exit::Ok } else { Exit::BadInput })
+    judged.report = Some(report);
+    Ok(())
 }
 
 fn open(args: &Args, dump: &Source, machine: &Machine) -> Result<Reader, TapeError> {
@@ -190,7 +330,7 @@ fn is((name, value): &(String, String), wanted: &str, as_value: &str) -> bool {
 
 /// The options that change motion, as the dump's header has them.
 fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<MotionArgs> {
-    let subprograms = args.subprograms.clone();
+    let subprograms = args.motion.language.subprograms.clone();
     let language = LanguageArgs { subprograms, ..Default::default() };
     let start = start(header, machine).filter(|_| args.unsealed);
     let feed = FeedMode::ExactStop;

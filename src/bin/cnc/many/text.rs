@@ -1,0 +1,97 @@
+//! For people: a line a program on standard output, errors drawn on standard error.
+
+use std::io::{self, Write};
+
+use super::judged::Judged;
+use super::sum::Sum;
+use super::{Form, Judge, say_notes};
+use crate::args::Global;
+use crate::report::{self, counted, counts};
+
+/// Names up to this long are aligned.
+const NAME_MOST: usize = 48;
+
+/// A line a program.
+pub struct Lines<'a> {
+    judge: Judge,
+    global: &'a Global,
+    width: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub fn new(judge: Judge, global: &'a Global) -> Lines<'a> {
+        Lines { judge, global, width: 0 }
+    }
+
+    /// What stands behind the name.
+    fn detail(&self, judged: &Judged) -> String {
+        let mut parts = Vec::new();
+        if let Some(report) = &judged.report {
+            let [error, tolerance] = [report.max_contour_error_mm, report.tolerance_mm];
+            parts.push(format!("contour {error:.4} of {tolerance:.4} mm"));
+            parts.push(format!("{}, {:.2} s", counted(report.ticks, "tick"), report.seconds));
+        } else if let (Judge::Interpret, 0, Some(checked)) =
+            (self.judge, judged.errors(), &judged.checked)
+        {
+            let summary = &checked.summary;
+            parts.push(format!(
+                "{}, {}",
+                counted(summary.lines, "line"),
+                counted(summary.moves, "move")
+            ));
+        }
+        let found = counts(judged.errors(), judged.warnings());
+        parts.extend(Some(found).filter(|found| !found.is_empty()));
+        if judged.more_findings() > 0 {
+            let most = self.global.max_errors;
+            parts.push(format!("at most {most} of each shown (--max-errors)"));
+        }
+        parts.extend(judged.dump.as_ref().map(|dump| format!("dump {dump}")));
+        if judged.trouble.is_some() {
+            parts.push("not judged".to_owned());
+        }
+        parts.join(", ")
+    }
+}
+
+impl Form for Lines<'_> {
+    fn begin(&mut self, _out: &mut dyn Write, names: &[&str]) -> io::Result<()> {
+        let widths = names.iter().map(|name| name.chars().count());
+        self.width = widths.filter(|width| *width <= NAME_MOST).max().unwrap_or(0);
+        Ok(())
+    }
+
+    fn program(&mut self, out: &mut dyn Write, judged: &Judged) -> io::Result<()> {
+        let (name, quiet) = (&judged.name, self.global.quiet);
+        say_notes(judged, self.global);
+        if let Some(checked) = &judged.checked {
+            report::diagnostics(name, &checked.diagnostics, self.global);
+            report::said(name, checked, self.global);
+        }
+        if let Some(failure) = &judged.trouble {
+            say!("error: {:#}", failure.error);
+        }
+        let failures = judged.report.iter().flat_map(|report| &report.failures);
+        if quiet {
+            failures.for_each(|failure| say!("error: {name}: {failure}"));
+            return Ok(());
+        }
+        let verdict = if judged.code() == 0 { "ok" } else { "FAIL" };
+        let (width, detail) = (self.width, self.detail(judged));
+        let shown: String = name.chars().map(visible).collect();
+        writeln!(out, "{}", format!("{verdict:<4}  {shown:<width$}  {detail}").trim_end())?;
+        failures.into_iter().try_for_each(|failure| writeln!(out, "        {failure}"))
+    }
+
+    fn end(&mut self, out: &mut dyn Write, sum: &Sum) -> io::Result<()> {
+        if self.global.quiet {
+            return Ok(());
+        }
+        writeln!(out, "{sum}")
+    }
+}
+
+/// A control character in a name would break its line.
+fn visible(character: char) -> char {
+    if character.is_control() { '\u{fffd}' } else { character }
+}
