@@ -97,6 +97,9 @@ fn one(
     args: &Args,
     global: &Global,
 ) -> Outcome {
+    if dump.is_none() && many::is_dump(program) {
+        return Err(many::lonely(program).into());
+    }
     let mut judged = Judged::new(program.to_owned());
     let outcome = judge(&mut judged, dump, &machine, args, global);
     if dump.is_none() && !global.quiet {
@@ -193,7 +196,7 @@ fn held(
 ) -> Result<(), Failure> {
     let name = dump.name().to_owned();
     judged.dump = Some(name.clone());
-    let reader = open(args, &dump, machine).with_context(|| name.clone()).or_bad_input()?;
+    let reader = open(args, &dump, machine).with_context(|| unread(args, &dump)).or_bad_input()?;
     let unused = reader.unused_columns().join(", ");
     if !unused.is_empty() {
         judged.notes.push(format!("warning: {name}: columns not used: {unused}"));
@@ -229,6 +232,15 @@ fn held(
         .or_bad_input()?;
     judged.report = Some(report);
     Ok(())
+}
+
+/// What goes before the reason why a dump cannot be read.
+fn unread(args: &Args, dump: &Source) -> String {
+    let is_pair = args.files.len() == 2 && !args.unsealed;
+    match is_pair && input::is_dump(dump).is_ok_and(|is_dump| !is_dump) {
+        true => format!("{}, which is taken for the dump (--programs: for a program)", dump.name()),
+        false => dump.name().to_owned(),
+    }
 }
 
 fn open(args: &Args, dump: &Source, machine: &Machine) -> Result<Reader, TapeError> {

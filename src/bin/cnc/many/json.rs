@@ -6,9 +6,9 @@ use cnc::base::{Diagnostic, Severity};
 use cnc::verify;
 use serde::Serialize;
 
+use super::Form;
 use super::judged::{Judged, WRONG_FILE};
 use super::sum::Sum;
-use super::{Form, say_notes};
 use crate::args::Global;
 use crate::cmd::interpret::write_error;
 use crate::report;
@@ -61,7 +61,6 @@ impl<'a> Lines<'a> {
 
 impl Form for Lines<'_> {
     fn program(&mut self, mut out: &mut dyn Write, judged: &Judged) -> io::Result<()> {
-        say_notes(judged, self.global);
         let name = &judged.name;
         let is_error = |found: &&Diagnostic| found.severity == Severity::Error;
         if let Some(checked) = &judged.checked {
@@ -74,9 +73,6 @@ impl Form for Lines<'_> {
         }
         let summary = judged.checked.as_ref().map(|checked| &checked.summary);
         let reason = judged.trouble.as_ref().map(|failure| format!("{:#}", failure.error));
-        if let Some(reason) = &reason {
-            say!("error: {reason}");
-        }
         let line = Program {
             r#type: "program",
             file: name,

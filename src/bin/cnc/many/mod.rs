@@ -110,6 +110,10 @@ impl ManyArgs {
             let threads = self.jobs.unwrap_or_else(pool::all_cores);
             pool::in_order(tasks, threads, work, |judged| {
                 sum.add(&judged);
+                say_notes(&judged, global);
+                if let Some(failure) = &judged.trouble {
+                    say!("error: {:#}", failure.error);
+                }
                 form.program(out, &judged)?;
                 Ok(out.flush()?)
             })?;

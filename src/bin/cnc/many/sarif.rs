@@ -88,7 +88,10 @@ impl Log {
             let place = Place { line: call.line, columns: None };
             let mut location = self.location(&path(call.file.as_deref()), Some(place));
             location["message"] = json!({"text": "called here"});
-            calls.push(location);
+            // The list is a set: a subprogram that calls itself does so on the same line.
+            if !calls.contains(&location) {
+                calls.push(location);
+            }
         }
         if !calls.is_empty() {
             result["relatedLocations"] = json!(calls);

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::judged::Judged;
 use super::sum::Sum;
-use super::{Form, Judge, say_notes};
+use super::{Form, Judge};
 use crate::args::Global;
 use crate::report::{self, counted, counts};
 
@@ -48,7 +48,8 @@ impl<'a> Lines<'a> {
         }
         parts.extend(judged.dump.as_ref().map(|dump| format!("dump {dump}")));
         if judged.trouble.is_some() {
-            parts.push("not judged".to_owned());
+            let why = if judged.code() == 1 { "wrong file" } else { "not judged" };
+            parts.push(why.to_owned());
         }
         parts.join(", ")
     }
@@ -63,13 +64,9 @@ impl Form for Lines<'_> {
 
     fn program(&mut self, out: &mut dyn Write, judged: &Judged) -> io::Result<()> {
         let (name, quiet) = (&judged.name, self.global.quiet);
-        say_notes(judged, self.global);
         if let Some(checked) = &judged.checked {
             report::diagnostics(name, &checked.diagnostics, self.global);
             report::said(name, checked, self.global);
-        }
-        if let Some(failure) = &judged.trouble {
-            say!("error: {:#}", failure.error);
         }
         let failures = judged.report.iter().flat_map(|report| &report.failures);
         if quiet {

@@ -45,7 +45,8 @@ pub fn run(
     args.many.run(Judge::Verify, &tasks, |task| &task.entry.path, work, global)
 }
 
-fn lonely(dump: &Path) -> anyhow::Error {
+/// Why a dump alone is not judged.
+pub fn lonely(dump: &Path) -> anyhow::Error {
     let name = dump.display();
     anyhow!(
         "{name} is a command dump, and no program of its name is given: cnc verify PROGRAM {name}"
@@ -55,7 +56,9 @@ fn lonely(dump: &Path) -> anyhow::Error {
 /// What the arguments name, dumps with their programs; says what of it is not judged.
 fn found(files: &[PathBuf], global: &Global) -> Vec<Task> {
     let mut found = Found::of(files);
-    let dumps: HashSet<PathBuf> = found.programs.iter().map(|entry| dump_of(&entry.path)).collect();
+    let paths = found.programs.iter().map(|entry| &entry.path);
+    let dumps = paths.map(|path| (path, dump_of(path))).filter(|(path, dump)| *path != dump);
+    let dumps: HashSet<PathBuf> = dumps.map(|(_, dump)| dump).collect();
     found.others.retain(|path| !dumps.contains(path));
     let is_lonely =
         |path: &PathBuf| path.extension().is_some_and(|end| end == "csv") && is_dump(path);
@@ -77,7 +80,7 @@ fn tasks(found: Found) -> Vec<Task> {
 }
 
 /// Whether a file is a dump that can be told to be one; pipes can be read once only.
-fn is_dump(path: &Path) -> bool {
+pub fn is_dump(path: &Path) -> bool {
     let open = || input::is_dump(&input::source(path)?);
     path.is_file() && open().unwrap_or(false)
 }
