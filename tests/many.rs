@@ -212,10 +212,10 @@ fn what_cannot_be_read_is_told_and_holds_nothing_up() {
     assert_eq!(
         rows,
         [
-            "ok    ./a.nc      2 lines, 1 move",
-            "ok    ./b/c.tap   2 lines, 1 move",
-            "FAIL  ./gone.nc   not judged",
-            "ok    ./z\u{fffd}\u{fffd}.nc    2 lines, 1 move",
+            "ok    ./a.nc     2 lines, 1 move",
+            "ok    ./b/c.tap  2 lines, 1 move",
+            "FAIL  ./gone.nc  not judged",
+            "ok    ./z\u{fffd}\u{fffd}.nc   2 lines, 1 move",
             "4 programs: 3 passed, 1 not judged",
         ]
     );
@@ -254,7 +254,12 @@ fn output_goes_whole_into_a_file() {
     let ran = run(&folder, "interpret . --format sarif -o out.sarif");
     assert_eq!((ran.code, ran.out.as_str()), (Some(1), ""));
     assert_eq!(fs::read_to_string(folder.path().join("out.sarif")).unwrap(), printed);
-    let ran = run(&folder, "interpret a.nc -o a.nc");
-    assert_eq!(ran.code, Some(2));
-    assert_eq!(fs::read_to_string(folder.path().join("a.nc")).unwrap(), GOOD);
+    assert_eq!(run(&folder, "interpolate a.nc --csv -o a.csv").code, Some(0));
+    for (line, name) in [("interpret a.nc b.nc -o a.nc", "a.nc"), ("verify . -o a.csv", "a.csv")] {
+        let read = || fs::read(folder.path().join(name)).unwrap();
+        let (before, ran) = (read(), run(&folder, line));
+        assert_eq!(ran.code, Some(2), "{line}");
+        assert!(ran.said.contains("this command reads it"), "{line}: {}", ran.said);
+        assert_eq!(before, read(), "{line}");
+    }
 }

@@ -81,6 +81,8 @@ impl WholeFile {
         written?;
         if let Some((temporary, target)) = self.place {
             let context = || format!("{} cannot be written", path.display());
+            // Some files are opened only while this one is made.
+            input::keep(&target).with_context(context)?;
             temporary.persist(target).with_context(context)?;
         }
         Ok(())
