@@ -48,7 +48,7 @@ fn folder(files: &[(&str, &str)]) -> TempDir {
 /// A program without or with errors, the longer the lower its number.
 fn long(number: usize) -> String {
     let moves = (60 - number) * 20;
-    let word = if number % 3 == 0 { "J1" } else { "" };
+    let word = if number.is_multiple_of(3) { "J1" } else { "" };
     let lines = (0..moves).map(|at| format!("G1 X{} F100 {word}\n", at % 7));
     lines.chain(["M30\n".to_owned()]).collect()
 }
