@@ -86,7 +86,7 @@ fn errors_of_a_program_stand_together_and_before_those_of_the_next() {
         .collect();
     assert_eq!(places.len(), 20 * 100);
     assert!(places.is_sorted());
-    let detail = "150 errors, at most 100 of each shown (--max-errors)";
+    let detail = "150 errors, 50 of them not shown (--max-errors)";
     assert!(ran.out.starts_with(&format!("FAIL  ./10.nc  {detail}\n")), "{}", ran.out);
     assert!(ran.out.ends_with("\n20 programs: 0 passed, 20 failed; 3000 errors\n"), "{}", ran.out);
     for (form, told) in [("github", 20), ("sarif", 20)] {
@@ -95,6 +95,11 @@ fn errors_of_a_program_stand_together_and_before_those_of_the_next() {
     }
     let junit = run(&folder, "interpret . --format junit").out;
     assert_eq!(junit.matches("(and 149 more errors)").count(), 20);
+    let junit = run(&folder, "interpret 10.nc --max-errors 0 --format junit").out;
+    assert!(
+        junit.contains("<failure type=\"errors\" message=\"150 errors\"></failure>"),
+        "{junit}"
+    );
 }
 
 #[test]
@@ -139,6 +144,7 @@ fn standard_input_is_one_of_many() {
     let mut child = command(folder.path(), "interpret a.nc - --format github")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
+        .stderr(Stdio::null())
         .spawn()
         .unwrap();
     child.stdin.take().unwrap().write_all(BAD.as_bytes()).unwrap();
@@ -254,6 +260,9 @@ fn output_goes_whole_into_a_file() {
     let ran = run(&folder, "interpret . --format sarif -o out.sarif");
     assert_eq!((ran.code, ran.out.as_str()), (Some(1), ""));
     assert_eq!(fs::read_to_string(folder.path().join("out.sarif")).unwrap(), printed);
+    let ran = run(&folder, "interpret . -o nowhere/out.txt");
+    assert_eq!((ran.code, ran.out.as_str()), (Some(2), ""));
+    assert!(ran.said.contains("there is no folder nowhere"), "{}", ran.said);
     assert_eq!(run(&folder, "interpolate a.nc --csv -o a.csv").code, Some(0));
     for (line, name) in [("interpret a.nc b.nc -o a.nc", "a.nc"), ("verify . -o a.csv", "a.csv")] {
         let read = || fs::read(folder.path().join(name)).unwrap();

@@ -50,11 +50,7 @@ impl WholeFile {
             return Ok(WholeFile { part, place: None });
         }
         let target = followed(path);
-        let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new("."));
-        if !folder.is_dir() {
-            return Err(anyhow!("there is no folder {}", folder.display())).with_context(context);
-        }
+        let folder = folder_of(&target).with_context(context)?;
         let interrupts = Interrupts::watch()?;
         let permissions = Permissions::from_mode(0o666);
         let file = tempfile::Builder::new().permissions(permissions).tempfile_in(folder);
@@ -81,8 +77,6 @@ impl WholeFile {
         written?;
         if let Some((temporary, target)) = self.place {
             let context = || format!("{} cannot be written", path.display());
-            // Some files are opened only while this one is made.
-            input::keep(&target).with_context(context)?;
             temporary.persist(target).with_context(context)?;
         }
         Ok(())
@@ -108,6 +102,16 @@ impl Write for Part {
 
     fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
+    }
+}
+
+/// The folder that a file is to lie in, which has to be there.
+pub fn folder_of(file: &Path) -> anyhow::Result<&Path> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    match folder.is_dir() {
+        true => Ok(folder),
+        false => Err(anyhow!("there is no folder {}", folder.display())),
     }
 }
 

@@ -10,6 +10,7 @@ use std::path::Path;
 use super::judged::{Finding, Judged, severity_name};
 use super::sum::Sum;
 use super::{Form, plain};
+use crate::report::counts;
 
 /// A command a finding.
 pub struct Annotations;
@@ -22,10 +23,9 @@ impl Form for Annotations {
         if let Some(reason) = judged.unread() {
             writeln!(out, "::error {}title=cnc::{}", file(&judged.path), message(&reason))?;
         }
-        let more = judged.more_findings();
-        if more > 0 {
-            let text =
-                message(&format!("{}: {more} more are not shown (--max-errors)", judged.name));
+        if let Some(cut) = judged.not_shown() {
+            let counts = counts(judged.errors(), judged.warnings());
+            let text = message(&format!("{}: {counts}, {cut}", judged.name));
             writeln!(out, "::notice {}title=cnc::{text}", file(&judged.path))?;
         }
         Ok(())

@@ -104,10 +104,11 @@ impl Judged {
         findings
     }
 
-    /// Errors and warnings that are counted and not among the findings.
-    pub fn more_findings(&self) -> u64 {
+    /// That errors and warnings are counted and not among the findings, if there are such.
+    pub fn not_shown(&self) -> Option<String> {
         let shown = self.checked.as_ref().map_or(0, |checked| checked.diagnostics.len());
-        (self.errors() + self.warnings()).saturating_sub(shown as u64)
+        let more = (self.errors() + self.warnings()).saturating_sub(shown as u64);
+        (more > 0).then(|| format!("{more} of them not shown (--max-errors)"))
     }
 }
 

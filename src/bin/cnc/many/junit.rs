@@ -36,15 +36,20 @@ impl Suite {
         if let Some(reason) = judged.unread() {
             let reason = escaped(&reason);
             writeln!(cases, "      <error type=\"unread\" message=\"{reason}\">{reason}</error>")?;
-        } else if let Some(first) = findings.iter().find(is_error) {
-            let others = judged.faults().saturating_sub(1);
-            let more = match others {
-                0 => String::new(),
-                _ => format!(" (and {})", counted(others, "more error")),
+        } else if judged.code() > 0 {
+            // With --max-errors 0 none is there to be shown.
+            let first = findings.iter().find(is_error);
+            let rule = escaped(first.map_or("errors", |first| &first.rule));
+            let more = judged.faults().saturating_sub(u64::from(first.is_some()));
+            let head = match first.map(|first| line(judged, first)) {
+                None => counted(more, "error"),
+                Some(first) if more == 0 => first.trim_end().to_owned(),
+                Some(first) => {
+                    format!("{} (and {})", first.trim_end(), counted(more, "more error"))
+                }
             };
-            let head = escaped(&format!("{}{more}", line(judged, first).trim_end()));
+            let head = escaped(&head);
             let body = escaped(&lines(findings.iter().filter(is_error).collect()));
-            let rule = escaped(&first.rule);
             writeln!(cases, "      <failure type=\"{rule}\" message=\"{head}\">{body}</failure>")?;
         }
         let warnings = lines(findings.iter().filter(|finding| !is_error(finding)).collect());

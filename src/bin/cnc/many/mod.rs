@@ -12,11 +12,11 @@ mod sarif;
 mod sum;
 mod text;
 
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, IntoInnerError, Seek, Write};
 use std::num::NonZeroUsize;
 use std::path::{Component, Path, PathBuf};
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use clap::ValueEnum;
 
 use self::files::Found;
@@ -32,7 +32,7 @@ pub struct ManyArgs {
     /// What is printed: for people, for GitHub's annotations, as SARIF 2.1.0 or as JUnit's XML
     #[arg(long, value_enum, default_value_t, value_name = "FORMAT")]
     pub format: Format,
-    /// Where that goes [default: standard output]
+    /// Where that goes, once all is there [default: standard output]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     /// How many programs are judged at a time [default: one a core]
@@ -121,7 +121,7 @@ impl ManyArgs {
             Ok(out.flush()?)
         };
         match self.output.as_deref().filter(|path| *path != Path::new("-")) {
-            Some(path) => output::whole_file(path, |out| tell(out))?,
+            Some(path) => spooled(path, tell)?,
             None => tell(&mut WhileRead(BufWriter::new(io::stdout().lock())))?,
         }
         if (self.is_for_programs(global) || self.output.is_some()) && !global.quiet {
@@ -178,6 +178,23 @@ fn plain(path: &Path) -> PathBuf {
     let below = folder.and_then(|folder| path.strip_prefix(folder).ok());
     let parts = below.unwrap_or(path).components();
     parts.filter(|part| *part != Component::CurDir).collect()
+}
+
+/// Writes a file once all is there: what was read for it is known then and not written over, and who
+/// stops the work before stops it at once.
+fn spooled(
+    path: &Path,
+    tell: impl FnOnce(&mut dyn Write) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    output::folder_of(path).with_context(|| format!("{} cannot be written", path.display()))?;
+    let mut spool = BufWriter::new(tempfile::tempfile()?);
+    tell(&mut spool)?;
+    let mut text = spool.into_inner().map_err(IntoInnerError::into_error)?;
+    text.rewind()?;
+    output::whole_file(path, |out| {
+        io::copy(&mut text, out)?;
+        Ok(())
+    })
 }
 
 /// Writes as long as somebody reads; a verdict stands whether it is read to its end or not.

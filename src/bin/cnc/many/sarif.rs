@@ -18,6 +18,7 @@ use super::judged::{
 use super::sum::Sum;
 use super::{Form, Judge, plain};
 use crate::cmd::explain;
+use crate::report::counts;
 
 const SCHEMA: &str = "https://json.schemastore.org/sarif-2.1.0.json";
 
@@ -139,9 +140,8 @@ impl Form for Log {
         if let Some(reason) = judged.unread() {
             self.notify(&judged.path, "error", &reason);
         }
-        let more = judged.more_findings();
-        if more > 0 {
-            let text = format!("{more} more errors and warnings are not shown (--max-errors)");
+        if let Some(cut) = judged.not_shown() {
+            let text = format!("{}, {cut}", counts(judged.errors(), judged.warnings()));
             self.notify(&judged.path, "note", &text);
         }
         Ok(())

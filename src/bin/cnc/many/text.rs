@@ -42,10 +42,7 @@ impl<'a> Lines<'a> {
         }
         let found = counts(judged.errors(), judged.warnings());
         parts.extend(Some(found).filter(|found| !found.is_empty()));
-        if judged.more_findings() > 0 {
-            let most = self.global.max_errors;
-            parts.push(format!("at most {most} of each shown (--max-errors)"));
-        }
+        parts.extend(judged.not_shown());
         parts.extend(judged.dump.as_ref().map(|dump| format!("dump {dump}")));
         if judged.trouble.is_some() {
             let why = if judged.code() == 1 { "wrong file" } else { "not judged" };
