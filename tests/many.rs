@@ -195,6 +195,8 @@ fn dumps_go_with_the_programs_that_they_are_of() {
         ("verify a.nc a.csv --lenient", 2, "the dump says how it was made"),
         ("verify a.nc --unsealed", 2, "--unsealed takes a program and its dump"),
         ("verify a.nc --json --format sarif", 2, "two forms of one output"),
+        ("interpret a.nc -o a.txt", 2, "use > OUT"),
+        ("verify a.nc a.csv -o a.txt", 2, "use > OUT"),
         ("interpret . --fp", 2, "--fp lists the pulses of one program"),
     ] {
         let ran = run(&folder, line);

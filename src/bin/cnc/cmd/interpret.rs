@@ -51,14 +51,19 @@ impl Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let (machine, is_many) = (input::machine(global)?, args.many.is_set(global)?);
+    let alone = match args.files.as_slice() {
+        [file] if !file.is_dir() => Some(file),
+        _ => None,
+    };
+    let in_full = args.many.in_full(alone.is_some(), global)?;
+    let machine = input::machine(global)?;
     let (tools, _) = input::tools(args.tools.as_deref())?;
-    match args.files.as_slice() {
-        [file] if !is_many && !file.is_dir() => one(file, &machine, &tools, args, global),
-        _ if args.fp => {
+    match alone.filter(|_| in_full) {
+        Some(file) => one(file, &machine, &tools, args, global),
+        None if args.fp => {
             Err(anyhow!("--fp lists the pulses of one program, as text or --json").into())
         }
-        files => many(files, &machine, &tools, args, global),
+        None => many(&args.files, &machine, &tools, args, global),
     }
 }
 

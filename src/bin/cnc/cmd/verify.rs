@@ -49,11 +49,12 @@ const USAGE: &str = "cnc verify [OPTIONS] PROGRAM DUMP
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let pair = args.pair()?;
-    let (machine, is_many) = (input::machine(global)?, args.many.is_set(global)?);
-    match args.files.as_slice() {
-        [program, _] if pair.is_some() && !is_many => one(program, pair, machine, args, global),
-        [program] if !is_many && !program.is_dir() => one(program, None, machine, args, global),
-        files => many::run(files, pair, &machine, args, global),
+    let is_alone = args.files.len() == 1 && !args.files[0].is_dir();
+    let in_full = args.many.in_full(pair.is_some() || is_alone, global)?;
+    let machine = input::machine(global)?;
+    match in_full {
+        true => one(&args.files[0], pair, machine, args, global),
+        false => many::run(&args.files, pair, &machine, args, global),
     }
 }
 

@@ -84,12 +84,18 @@ trait Form {
 }
 
 impl ManyArgs {
-    /// Whether programs are told in another way than a single one always was.
-    pub fn is_set(&self, global: &Global) -> Result<bool, Failure> {
+    /// Whether a program that is alone is told in full, as text or JSON, and not as one of many.
+    pub fn in_full(&self, is_alone: bool, global: &Global) -> Result<bool, Failure> {
+        let in_full = is_alone && self.format == Format::Text;
         if self.format != Format::Text && global.json {
             return Err(anyhow!("--json and --format are two forms of one output").into());
         }
-        Ok(self.format != Format::Text || self.output.is_some())
+        if in_full && self.output.is_some() {
+            let reason =
+                "--output takes what is told of many programs, or a --format; of one, use > OUT";
+            return Err(anyhow!(reason).into());
+        }
+        Ok(in_full)
     }
 
     /// Judges all, tells of each in the order given, and sums up. The exit code is the worst of all.
