@@ -59,7 +59,7 @@ pub struct Args {
     #[arg(long, value_name = "RESULTS", num_args = 1.., conflicts_with_all = OF_ONE)]
     merge: Vec<PathBuf>,
     /// The programs that results are expected of, a name a line: those without one are told
-    #[arg(long, value_name = "LIST", requires = "merge")]
+    #[arg(long, value_name = "LIST", requires = "merge", conflicts_with = "file")]
     expected: Option<PathBuf>,
     #[command(flatten)]
     motion: MotionArgs,

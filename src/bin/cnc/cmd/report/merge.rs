@@ -26,9 +26,27 @@ const SAID_MAX: usize = 300;
 
 /// Why there is no result, or not a good one.
 struct Trouble {
+    kind: Kind,
     /// A file of results, or a program.
     name: String,
     what: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// A result is there, and cannot be taken.
+    Broken,
+    /// There is none of a program.
+    Missing,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Broken => "broken",
+            Kind::Missing => "missing",
+        }
+    }
 }
 
 /// All that was found.
@@ -76,7 +94,9 @@ fn read(places: &[PathBuf]) -> anyhow::Result<Merged> {
     let (mut by_name, mut troubles) = (BTreeMap::new(), Vec::new());
     for file in &files {
         let name = file.display().to_string();
-        let mut trouble = |what: String| troubles.push(Trouble { name: name.clone(), what });
+        let mut trouble = |what: String| {
+            troubles.push(Trouble { kind: Kind::Broken, name: name.clone(), what });
+        };
         match documents(file) {
             Err(error) => trouble(error),
             Ok(documents) => {
@@ -160,19 +180,22 @@ impl Merged {
             text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         let found: BTreeSet<&str> =
             self.documents.iter().map(|document| document.file.as_str()).collect();
-        let tell = |name: &&str, what: String| Trouble { name: (*name).to_owned(), what };
-        let missing =
-            expected.difference(&found).map(|name| tell(name, "it has no result".to_owned()));
+        let tell = |kind, name: &str, what: String| Trouble { kind, name: name.to_owned(), what };
+        let missing = expected.difference(&found);
+        let missing = missing.map(|name| tell(Kind::Missing, name, "it has no result".to_owned()));
+        let what = format!("a result of it is there, and it is not in {}", list.display());
         let strange = found.difference(&expected);
-        let strange = strange.map(|name| {
-            tell(name, format!("a result of it is there, and it is not in {}", list.display()))
-        });
+        let strange = strange.map(|name| tell(Kind::Broken, name, what.clone()));
         self.troubles.extend(missing.chain(strange).collect::<Vec<_>>());
         Ok(())
     }
 
     fn count(&self, verdict: Verdict) -> usize {
         self.documents.iter().filter(|document| document.verdict == verdict).count()
+    }
+
+    fn troubled(&self, kind: Kind) -> usize {
+        self.troubles.iter().filter(|trouble| trouble.kind == kind).count()
     }
 
     fn is_good(&self) -> bool {
@@ -191,7 +214,8 @@ impl Merged {
         for (count, one, more) in [
             (self.count(Verdict::Fail), "fails", "fail"),
             (self.count(Verdict::Refused), "cannot be run", "cannot be run"),
-            (self.troubles.len(), "result is broken or missing", "results are broken or missing"),
+            (self.troubled(Kind::Broken), "result is broken", "results are broken"),
+            (self.troubled(Kind::Missing), "result is missing", "results are missing"),
         ] {
             if count > 0 {
                 text += &format!(", {count} {}", if count == 1 { one } else { more });
@@ -272,8 +296,9 @@ impl Merged {
             "rapid_mm": six_digits(self.sum(|job| job.rapid_mm)),
             "machines": machines.collect::<Vec<_>>(),
             "tools": self.tools(),
-            "troubles": troubles.map(|trouble| json!({"name": trouble.name, "trouble": trouble.what}))
-                .collect::<Vec<_>>(),
+            "troubles": troubles.map(|trouble| {
+                json!({"kind": trouble.kind.name(), "name": trouble.name, "trouble": trouble.what})
+            }).collect::<Vec<_>>(),
             "results": results.collect::<Vec<_>>(),
         })
     }

@@ -5,7 +5,7 @@ use askama::Template;
 use super::super::document::{Document, Verdict};
 use super::super::duration;
 use super::super::page::{Banner, Cell, Figure, Table, number, text};
-use super::Merged;
+use super::{Kind, Merged};
 
 /// How many of the greatest are listed for themselves.
 const GREATEST: usize = 20;
@@ -24,7 +24,7 @@ pub struct Page {
 /// A program that does not pass, or a result that is no good.
 struct Wrong {
     name: String,
-    /// What it is: `refused` on a machine, or `no result`.
+    /// What it is: refused on a machine, or broken.
     kind: String,
     message: String,
 }
@@ -56,18 +56,17 @@ fn figures(merged: &Merged) -> Vec<Figure> {
         Figure::new("pass", merged.count(Verdict::Pass).to_string()),
         Figure::new("fail", merged.count(Verdict::Fail).to_string()),
         Figure::new("cannot be run", merged.count(Verdict::Refused).to_string()),
-        Figure::new("broken or missing", merged.troubles.len().to_string()),
+        Figure::new("broken", merged.troubled(Kind::Broken).to_string()),
+        Figure::new("missing", merged.troubled(Kind::Missing).to_string()),
         Figure::new("time", duration(merged.sum(|job| job.total_seconds))),
         Figure::new("of it motion", duration(merged.sum(|job| job.motion_seconds))),
         Figure::new("cut", format!("{:.1} mm", merged.sum(|job| job.cut_mm))),
         Figure::new("rapid", format!("{:.1} mm", merged.sum(|job| job.rapid_mm))),
         Figure::new("warnings", warnings.to_string()),
     ];
-    if let Some((document, job)) =
-        merged.by_error().first().and_then(|document| Some((document, document.job.as_ref()?)))
-    {
+    if let Some(job) = merged.by_error().first().and_then(|document| document.job.as_ref()) {
         let worst = format!("{:.4} of {:.4} mm", job.max_contour_error_mm, job.tolerance_mm);
-        figures.push(Figure::new(format!("greatest error: {}", document.file), worst));
+        figures.push(Figure::new("greatest error", worst));
     }
     figures
 }
@@ -81,7 +80,7 @@ fn wrong(merged: &Merged) -> Vec<Wrong> {
     });
     let troubles = merged.troubles.iter().map(|trouble| Wrong {
         name: trouble.name.clone(),
-        kind: "no good result".to_owned(),
+        kind: trouble.kind.name().to_owned(),
         message: trouble.what.clone(),
     });
     failed.chain(troubles).collect()
@@ -122,7 +121,7 @@ fn tables(merged: &Merged) -> Vec<Table> {
 }
 
 const COLUMNS: [&str; 8] =
-    ["program", "machine", "verdict", "#time", "#error, mm", "#of, mm", "#line", "#warnings"];
+    ["verdict", "program", "machine", "#time", "#error, mm", "#of, mm", "#line", "#warnings"];
 
 fn row(document: &Document) -> Vec<Cell> {
     let job = document.job.as_ref();
@@ -130,9 +129,9 @@ fn row(document: &Document) -> Vec<Cell> {
         number(job.map_or_else(|| "-".to_owned(), shown))
     };
     vec![
+        text(name(document.verdict)),
         text(&document.file),
         text(&document.machine),
-        text(name(document.verdict)),
         of_job(&|job| duration(job.total_seconds)),
         of_job(&|job| format!("{:.4}", job.max_contour_error_mm)),
         of_job(&|job| format!("{:.4}", job.tolerance_mm)),
