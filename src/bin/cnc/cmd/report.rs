@@ -1,5 +1,7 @@
 //! `cnc report`: all about a program's job on one page that needs nothing else.
 
+mod document;
+mod merge;
 mod page;
 
 use std::cell::RefCell;
@@ -13,8 +15,9 @@ use cnc::base::machine::Protocol;
 use cnc::plot::{Quantity, Traces, View};
 use cnc::step::{Phases, Summary};
 use cnc::verify::{self, Verdict};
-use cnc::wire::{Job, lint};
+use cnc::wire::{Job, Proof, lint};
 
+use self::document::Document;
 use self::page::{Banner, Figure, Finding, Page, Table, number, text};
 use super::plot::{self, curves};
 use crate::args::Global;
@@ -26,66 +29,107 @@ use cnc::wire_io::journal::hex;
 /// Seams that are listed at most.
 const SEAMS_MAX: usize = 200;
 
+/// What says how one program is read and planned.
+const OF_ONE: [&str; 10] = [
+    "file",
+    "feed",
+    "feed_override",
+    "start",
+    "dialect",
+    "block_delete",
+    "lenient",
+    "include",
+    "max_passes",
+    "tools",
+];
+
 /// Put all about a program on one HTML page: verdict, drawings, times, seams, limits, warnings
+///
+/// With --json: what comes out of it as one document; the page only where -o says so.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// NC program; - is standard input
-    file: PathBuf,
+    #[arg(required_unless_present = "merge")]
+    file: Option<PathBuf>,
     /// Where the page goes [default: standard output]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
+    /// Instead: one page of many results, which `report --json` has written: folders with *.json and
+    /// *.jsonl, or files
+    #[arg(long, value_name = "RESULTS", num_args = 1.., conflicts_with_all = OF_ONE)]
+    merge: Vec<PathBuf>,
+    /// The programs that results are expected of, a name a line: those without one are told
+    #[arg(long, value_name = "LIST", requires = "merge", conflicts_with = "file")]
+    expected: Option<PathBuf>,
     #[command(flatten)]
     motion: MotionArgs,
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    if global.json {
-        let reason = "a report is a page; interpolate --json and verify --json have its figures";
+    if global.json && args.output.as_deref() == Some(Path::new("-")) {
+        let reason = "with --json standard output takes the document: name a file for the page";
         return Err(anyhow!(reason).into());
     }
-    let machine = input::machine(global)?;
-    let source = input::program(&args.file)?;
-    let travel_mm = plot::travel_mm(&machine);
-    let judge = |machine| Program::judge(&args.file, source.clone(), machine, &args.motion, global);
-    let program = judge(machine.clone())?;
-    let mut page = head(&program);
-    let mut exit = Exit::Ok;
-    if program.checked.errors > 0 {
-        exit = Exit::BadInput;
-        let endless = judge(plot::without_travel(machine))?;
-        if endless.checked.errors == 0 {
-            page.path = Some(plot::sheet_of(&endless, travel_mm, &View::ALL)?);
-        }
-    } else {
-        page.path = Some(plot::sheet_of(&program, travel_mm, &View::ALL)?);
-        if !job(&mut page, &program)? {
-            exit = Exit::BadInput;
-        }
+    match &args.file {
+        Some(file) => of_program(file, args, global),
+        None => merge::run(args, global),
     }
+}
+
+fn of_program(file: &Path, args: &Args, global: &Global) -> Outcome {
+    let machine = input::machine(global)?;
+    let source = input::program(file)?;
+    let judge = |machine| Program::judge(file, source.clone(), machine, &args.motion, global);
+    let program = judge(machine.clone())?;
+    let mut document = Document::of(&program);
+    let ran = if program.checked.errors == 0 { Some(ran(&program)?) } else { None };
+    if let Some(ran) = &ran {
+        document.take(ran, &program);
+    }
+    if args.output.is_some() || !global.json {
+        let mut page = head(&program, &document);
+        let travel_mm = plot::travel_mm(&machine);
+        if let Some(ran) = &ran {
+            page.path = Some(plot::sheet_of(&program, travel_mm, &View::ALL)?);
+            job(&mut page, &program, ran)?;
+        } else {
+            let endless = judge(plot::without_travel(machine))?;
+            if endless.checked.errors == 0 {
+                page.path = Some(plot::sheet_of(&endless, travel_mm, &View::ALL)?);
+            }
+        }
+        put(&page, args)?;
+    }
+    if global.json {
+        unless_unread(writeln!(io::stdout(), "{}", serde_json::to_string(&document)?))?;
+    }
+    if document.passes() {
+        return Ok(Exit::Ok);
+    }
+    if !global.quiet {
+        say!("{}: {}", program.source.name(), document.sentence());
+    }
+    Ok(Exit::BadInput)
+}
+
+/// Writes a page to where it is wanted.
+fn put(page: &impl Template, args: &Args) -> Result<(), Failure> {
     let html = page.render().context("the page cannot be written")?;
     match args.output.as_deref().filter(|path| *path != Path::new("-")) {
-        Some(path) => output::whole_file(path, |out| Ok(out.write_all(html.as_bytes())?))?,
+        Some(path) => output::whole_file(path, |out| Ok(out.write_all(html.as_bytes())?)),
         None => {
             let mut out = io::stdout().lock();
-            unless_unread(out.write_all(html.as_bytes()).and_then(|()| out.flush()))?;
+            Ok(unless_unread(out.write_all(html.as_bytes()).and_then(|()| out.flush()))?)
         }
     }
-    if exit == Exit::BadInput && !global.quiet {
-        say!("{}: {}", program.source.name(), page.verdict.text);
-    }
-    Ok(exit)
 }
 
 /// What is known of a program before it is planned.
-fn head(program: &Program) -> Page {
+fn head(program: &Program, document: &Document) -> Page {
     let checked = &program.checked;
     let findings: Vec<Finding> = checked.diagnostics.iter().map(Finding::of).collect();
     let more_findings = (checked.errors + checked.warnings).saturating_sub(findings.len() as u64);
-    let errors = checked.errors;
-    let wrong = match errors {
-        1 => "there is 1 error".to_owned(),
-        errors => format!("there are {errors} errors"),
-    };
+    let class = if document.passes() { "good" } else { "bad" };
     let origin =
         |name: &str, sha256: &[u8; 32]| Figure::new(name, format!("sha256:{}", hex(sha256)));
     let machine = &program.machine;
@@ -98,7 +142,7 @@ fn head(program: &Program) -> Page {
     Page {
         title: program.source.file_name().to_owned(),
         machine: machine.to_string(),
-        verdict: Banner { class: "bad", text: format!("Cannot be run: {wrong}") },
+        verdict: Banner { class, text: document.sentence() },
         figures: Vec::new(),
         findings,
         more_findings,
@@ -110,8 +154,16 @@ fn head(program: &Program) -> Page {
     }
 }
 
-/// Plans the job, holds it against its path and proves it for the bus. Gives whether all holds.
-fn job(page: &mut Page, program: &Program) -> Result<bool, Failure> {
+/// A job that was planned, held against its path and proved for the bus.
+struct Ran<'p> {
+    summary: Summary,
+    traces: Traces<'p>,
+    report: verify::Report,
+    /// None where the machine has no bus.
+    bus: Option<Result<Proof, String>>,
+}
+
+fn ran(program: &Program) -> Result<Ran<'_>, Failure> {
     let machine = &program.machine;
     let summary = RefCell::new(Summary::with_times(machine));
     let start_steps = machine.nearest_steps(&program.start_mm());
@@ -136,31 +188,22 @@ fn job(page: &mut Page, program: &Program) -> Result<bool, Failure> {
     }
     let report =
         program.verified().with_context(|| program.source.name().to_owned()).or_bad_input()?;
-    let bus = has_nodes.then(|| {
-        let job = Job::new(kept, start_steps, machine)?;
-        lint(&job, machine)
-    });
-    let bus_holds = bus.as_ref().is_none_or(Result::is_ok);
-    let holds = report.verdict == Verdict::Pass && bus_holds;
-    page.verdict = match holds {
-        true => Banner {
-            class: "good",
-            text: format!(
-                "Pass: at most {:.4} mm off the path (bound {:.4} mm), end point exact",
-                report.max_contour_error_mm, report.tolerance_mm
-            ),
-        },
-        false => Banner { class: "bad", text: format!("Fail: {}", reason(&report, &bus)) },
-    };
-    figures(page, program, &summary, &report);
+    let proof = || lint(&Job::new(kept, start_steps, machine)?, machine);
+    let bus = has_nodes.then(|| proof().map_err(|error| error.to_string()));
+    Ok(Ran { summary, traces, report, bus })
+}
+
+/// Puts the job on the page.
+fn job(page: &mut Page, program: &Program, ran: &Ran<'_>) -> Result<(), Failure> {
+    let Ran { summary, traces, report, bus } = ran;
+    figures(page, program, summary, report);
     let name = program.source.file_name();
     page.curves.push(curves::of_program(plot::CurveArg::Error, program)?);
     for quantity in [Quantity::Speed, Quantity::Acceleration, Quantity::StepRate] {
         page.curves.push(traces.chart(quantity, name).to_string());
     }
-    page.tables =
-        vec![times(&summary), seams(program, &summary), limits(&summary), checks(&report)];
-    if let Some(Ok(proof)) = &bus {
+    page.tables = vec![times(summary), seams(program, summary), limits(summary), checks(report)];
+    if let Some(Ok(proof)) = bus {
         let mut table = Table::new("Bus", &["what", "#value"]);
         for (what, value) in [
             ("node buffers", proof.buffers),
@@ -173,12 +216,7 @@ fn job(page: &mut Page, program: &Program) -> Result<bool, Failure> {
         }
         page.tables.push(table);
     }
-    Ok(holds)
-}
-
-fn reason<T, E: std::fmt::Display>(report: &verify::Report, bus: &Option<Result<T, E>>) -> String {
-    let bus = bus.as_ref().and_then(|bus| bus.as_ref().err()).map(ToString::to_string);
-    report.failures.iter().cloned().chain(bus).collect::<Vec<_>>().join("; ")
+    Ok(())
 }
 
 fn figures(page: &mut Page, program: &Program, summary: &Summary, report: &verify::Report) {
