@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
-use crate::report;
+use crate::{meter, report};
 
 /// Files that were opened to be read: device and number of each.
 static READ: Mutex<Vec<(u64, u64)>> = Mutex::new(Vec::new());
@@ -33,6 +33,12 @@ pub fn keep(file: &Path) -> anyhow::Result<()> {
 
 /// Opens a file, or spools standard input for `-`.
 pub fn source(file: &Path) -> anyhow::Result<Source> {
+    let source = unwatched(file)?;
+    let name = source.name().to_owned();
+    meter::watched(source).context(name)
+}
+
+fn unwatched(file: &Path) -> anyhow::Result<Source> {
     if file == Path::new("-") {
         return Source::spool("<stdin>", std::io::stdin().lock()).context("standard input");
     }

@@ -9,7 +9,6 @@ use cnc::wire_io::ports::{UsbName, list_ports};
 use cnc::wire_io::{self, Serial, Speed};
 
 use crate::args::Global;
-use crate::config;
 use crate::exit::{ExitWith, Failure};
 
 /// The port, and what commands that open one let the user say about it.
@@ -39,8 +38,8 @@ pub struct Port {
 impl PortArgs {
     /// Looks the port up in the configuration. Whether it is there is not asked yet.
     pub fn port(&self, global: &Global) -> anyhow::Result<Port> {
-        let mut known = config::load(global)?.ports;
-        let configured = self.port.to_str().and_then(|name| known.remove(name));
+        let known = &global.config.ports;
+        let configured = self.port.to_str().and_then(|name| known.get(name).cloned());
         let said = PortConfig {
             baud: self.baud,
             reply_timeout_ms: self.reply_timeout,

@@ -22,7 +22,7 @@ use serde_json::{Map, Value, json};
 
 use crate::args::Global;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::output;
+use crate::{meter, output};
 use crate::program::{Encoder, MotionArgs, Program};
 
 /// Plan a program and interpolate it to steps per axis per tick
@@ -131,7 +131,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         (Some(path), _) if path != Path::new("-") => {
             output::whole_file(path, |out| dump(out, &program, args, &summary))?;
         }
-        (_, true) => dump(io::stdout().lock(), &program, args, &summary)?,
+        (_, true) => {
+            meter::leave_terminal_to_results();
+            dump(io::stdout().lock(), &program, args, &summary)?;
+        }
         (_, false) => {
             each_command(&program, args, &summary, |_| Ok(()))?;
             let summary = summary.into_inner();
@@ -183,6 +186,7 @@ impl ReportArgs {
 
 /// `--times`: a row or an object a block as it comes, then the tools.
 fn report_times(args: &Args, program: &Program, as_json: bool) -> Result<(), Failure> {
+    meter::leave_terminal_to_results();
     let mut out = BufWriter::new(io::stdout().lock());
     let summary = RefCell::new(Summary::with_times(&program.machine));
     if !as_json {

@@ -14,6 +14,7 @@ use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
 use crate::language::LanguageArgs;
+use crate::meter::{self, Pass};
 use crate::{fixed, input, report};
 
 /// Check an NC program and print what it means
@@ -44,11 +45,13 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let options = Options { start_mm, tools, ..args.language.options(&args.file) };
     let is_wanted = global.json || !global.quiet;
     let is_listed = is_wanted && !args.fp;
+    let pass = Pass::of_text("checking");
     let (checked, record) = if is_listed {
         interp::check_and_record(&source, &machine, &options, global.max_errors)?
     } else {
         (interp::check(&source, &machine, &options, global.max_errors)?, None)
     };
+    drop(pass);
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
     let mut errors = checked.diagnostics.iter().filter(as_json);
@@ -72,6 +75,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         .into_iter()
         .filter(|axis| Axis::LINEAR.contains(axis) || checked.summary.axes_used.contains(*axis))
         .collect();
+    meter::leave_terminal_to_results();
+    let _pass = Pass::of_text("listing");
     if !global.json {
         write_summary(&mut out, &source, &machine, &checked)?;
     }

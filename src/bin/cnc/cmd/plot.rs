@@ -18,6 +18,7 @@ use cnc::tape::Reader;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input;
+use crate::meter::Pass;
 use crate::output;
 use crate::program::{MotionArgs, Program};
 
@@ -211,6 +212,7 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
             anyhow!("{name}: the dump was made for machine '{of}', not for '{}'", machine.id);
         return Err(reason).or_bad_input();
     }
+    let pass = Pass::of_text("reading");
     let mut traces = Traces::new(&machine, header.tick_us, header.start_steps);
     let mut strokes = Strokes::new(travel_mm(&machine));
     for command in reader {
@@ -218,6 +220,7 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
             strokes.add(&traces.tick(&tick));
         }
     }
+    drop(pass);
     let svg = match args.curve {
         Some(curve) => curves::of_dump(curve, &traces, &header.program.name)?,
         None => Sheet {

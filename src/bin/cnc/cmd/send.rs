@@ -38,6 +38,7 @@ use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
+use crate::meter::Pass;
 use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::progress::Bar;
@@ -368,7 +369,10 @@ pub fn dump(
         return stranger("with --encoder thesis, which is for comparison only");
     }
     let start_steps = header.start_steps;
+    let pass = Pass::of_text("checking");
     reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
+    drop(pass);
+    let _pass = Pass::of_text("reading");
     let job = gather_blocks(open()?, start_steps, machine, single_block);
     let job = job.or_bad_input()?.or_bad_input()?;
     Ok((job, header))

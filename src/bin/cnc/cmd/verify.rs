@@ -14,6 +14,7 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
 use crate::input::{self, Start};
 use crate::language::{DialectArg, LanguageArgs, SubprogramArgs};
+use crate::meter::Pass;
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 
 /// Hold a command dump against the path of its program
@@ -72,6 +73,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         with_events,
         with_buffers,
     };
+    let _pass = Pass::of_text("verifying");
     let commands = || open(args, &dump, &program.machine);
     let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
         .with_context(|| name.clone())
