@@ -10,6 +10,7 @@ use std::ops::{Range, RangeInclusive};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::base::likeness::nearest;
 use crate::base::{Diagnostic, Severity, Span};
 
 /// Faults kept: a text with more is no profile at all.
@@ -393,19 +394,6 @@ impl<'t> Keys<'t> {
 pub(super) fn line_of(text: &str, at: usize) -> u32 {
     let before = &text.as_bytes()[..at.min(text.len())];
     before.iter().filter(|byte| **byte == b'\n').count() as u32 + 1
-}
-
-/// The candidate that a misspelt word most likely means, if one is near enough.
-pub(super) fn nearest<'c>(
-    word: &str,
-    candidates: impl Iterator<Item = &'c str>,
-) -> Option<&'c str> {
-    let likeness = |name: &str| strsim::jaro_winkler(&word.to_lowercase(), &name.to_lowercase());
-    candidates
-        .map(|name| (likeness(name), name))
-        .filter(|(likeness, _)| *likeness > 0.8)
-        .max_by(|(a, _), (b, _)| a.total_cmp(b))
-        .map(|(_, name)| name)
 }
 
 fn as_number(value: &DeValue<'_>) -> Option<f64> {

@@ -1,7 +1,8 @@
 //! PORT on the command line → a port and how to open it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use cnc::base::likeness::nearest;
 use cnc::base::machine::Bus;
 use cnc::base::{Machine, PortConfig};
 use cnc::wire::Timing;
@@ -47,14 +48,25 @@ impl PortArgs {
         };
         let config = said.over(configured.unwrap_or_default());
         let device = config.device.as_ref().map_or(self.port.clone(), PathBuf::from);
+        if let Some(near) = self.meant(&device, global) {
+            say!("note: no port is {}; did you mean {near}?", device.display());
+        }
         if let Some(name) = usb_name(&device) {
             name.parse::<UsbName>()?;
         }
         Ok(Port { device, config })
     }
+
+    /// The name in the configuration that a port which is not there is most like.
+    fn meant<'g>(&self, device: &Path, global: &'g Global) -> Option<&'g str> {
+        let is_simulated = self.port.to_string_lossy().starts_with("sim:");
+        let is_there = is_simulated || usb_name(device).is_some() || device.exists();
+        let known = global.config.ports.keys().map(String::as_str);
+        (!is_there).then(|| nearest(&device.to_string_lossy(), known)).flatten()
+    }
 }
 
-fn usb_name(device: &std::path::Path) -> Option<&str> {
+fn usb_name(device: &Path) -> Option<&str> {
     device.to_str().filter(|name| name.starts_with("usb:"))
 }
 
