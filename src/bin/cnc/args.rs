@@ -1,6 +1,9 @@
 //! The command line: commands and the options they share. Each command's own options stand in
 //! its file under `cmd/`.
 
+use std::collections::BTreeSet;
+
+use anyhow::anyhow;
 use clap::builder::FalseyValueParser;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -50,9 +53,22 @@ pub struct Global {
     /// What `cnc.toml` says.
     #[arg(skip)]
     pub config: Config,
+    /// Long names of the options that stand on the command line.
+    #[arg(skip)]
+    pub given: BTreeSet<String>,
     /// Who has chosen the machine.
     #[arg(skip)]
     pub machine_chosen_by: ChosenBy,
+}
+
+impl Global {
+    /// Refuses options, by their long names, that would have no effect.
+    pub fn refuse(&self, options: &[&str], why: &str) -> anyhow::Result<()> {
+        match options.iter().find(|option| self.given.contains(**option)) {
+            Some(option) => Err(anyhow!("--{option} has no effect: {why}")),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Where the value of an option is from.
@@ -100,6 +116,7 @@ pub fn parse() -> Result<Args, Failure> {
     let matches = with_defaults(command(), &config).get_matches();
     let mut args = read(&matches);
     args.global.machine_chosen_by = chosen_by(&matches, "machine", &config);
+    args.global.given = given(&command(), &matches);
     args.global.config = config;
     Ok(args)
 }
@@ -141,6 +158,22 @@ fn with_defaults(command: clap::Command, config: &Config) -> clap::Command {
         None => arg,
     });
     command.mut_subcommands(|command| with_defaults(command, config))
+}
+
+/// Long names of the options that stand on the command line, those of the subcommand among them.
+fn given(command: &clap::Command, matches: &ArgMatches) -> BTreeSet<String> {
+    let is_given = |arg: &&clap::Arg| {
+        matches.try_contains_id(arg.get_id().as_str()).is_ok()
+            && matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine)
+    };
+    let names = command.get_arguments().filter(is_given).filter_map(clap::Arg::get_long);
+    let mut names: BTreeSet<String> = names.map(str::to_owned).collect();
+    if let Some((name, matches)) = matches.subcommand()
+        && let Some(command) = command.find_subcommand(name)
+    {
+        names.extend(given(command, matches));
+    }
+    names
 }
 
 fn chosen_by(matches: &ArgMatches, option: &str, config: &Config) -> ChosenBy {

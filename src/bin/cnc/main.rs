@@ -26,6 +26,7 @@ mod journal;
 mod language;
 mod meter;
 mod output;
+mod plural;
 mod port;
 mod program;
 mod progress;

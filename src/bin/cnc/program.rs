@@ -40,6 +40,31 @@ pub struct MotionArgs {
     pub tools: Option<PathBuf>,
 }
 
+impl MotionArgs {
+    /// What these options are called.
+    pub const NAMES: [&str; 9] = [
+        "feed",
+        "override",
+        "start",
+        "dialect",
+        "block-delete",
+        "lenient",
+        "include",
+        "max-passes",
+        "tools",
+    ];
+
+    /// Refuses them where there is no program that they could mean.
+    pub fn refuse(global: &Global, why: &str) -> anyhow::Result<()> {
+        global.refuse(&MotionArgs::NAMES, why)
+    }
+
+    /// Refuses them for a dump.
+    pub fn refuse_for_dump(global: &Global) -> anyhow::Result<()> {
+        MotionArgs::refuse(global, "the steps of a dump are made already")
+    }
+}
+
 /// How speed is planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum FeedMode {

@@ -10,6 +10,7 @@ use cnc::gcode::MessageKind;
 use cnc::interp::Checked;
 
 use crate::args::Global;
+use crate::plural::count;
 
 /// Draws diagnostics on standard error: errors always, warnings unless `--quiet`.
 pub fn diagnostics<'a>(
@@ -50,7 +51,7 @@ pub fn said(source_name: &str, checked: &Checked, global: &Global) {
     }
     let more = checked.messages.saturating_sub(checked.said.len() as u64);
     if more > 0 {
-        say!("{source_name}: {more} more messages");
+        say!("{source_name}: {}", count(more, "more message"));
     }
 }
 
@@ -61,13 +62,9 @@ pub fn totals(source_name: &str, checked: &Checked, global: &Global) {
     if errors == 0 && (warnings == 0 || global.quiet) {
         return;
     }
-    let count = |count: u64, one: &str| match count {
-        0 => None,
-        1 => Some(format!("1 {one}")),
-        _ => Some(format!("{count} {one}s")),
-    };
-    let counts: Vec<String> =
-        [count(errors, "error"), count(warnings, "warning")].into_iter().flatten().collect();
+    let found = [(errors, "error"), (warnings, "warning")].into_iter();
+    let found = found.filter(|(number, _)| *number > 0);
+    let counts: Vec<String> = found.map(|(number, one)| count(number, one)).collect();
     let max = global.max_errors;
     let cut = if errors.max(warnings) > max as u64 {
         format!(" (at most {max} of each are shown: --max-errors)")

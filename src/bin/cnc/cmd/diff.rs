@@ -113,6 +113,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             Err(exit) => return Ok(exit),
         }
     }
+    let has_program = jobs.iter().any(|job| matches!(job, Job::Program(_)));
+    if !has_program {
+        MotionArgs::refuse_for_dump(global)?;
+    }
     let machine = input::machine(&Global { quiet: true, ..global.clone() })?;
     let mut setups = Vec::new();
     for job in &jobs {

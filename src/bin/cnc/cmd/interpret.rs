@@ -15,6 +15,7 @@ use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
 use crate::language::LanguageArgs;
 use crate::meter::{self, Pass};
+use crate::plural::count;
 use crate::{fixed, input, report};
 
 /// Check an NC program and print what it means
@@ -164,8 +165,11 @@ fn write_summary(
     writeln!(out, "machine  {machine}; positions in mm in machine coordinates")?;
     writeln!(
         out,
-        "size     {} lines, {} blocks, {} moves, {} events",
-        summary.lines, summary.blocks, summary.moves, summary.events
+        "size     {}, {}, {}, {}",
+        count(summary.lines, "line"),
+        count(summary.blocks, "block"),
+        count(summary.moves, "move"),
+        count(summary.events, "event")
     )?;
     writeln!(out)?;
     writeln!(

@@ -17,6 +17,7 @@ use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input::{self, Start};
 use crate::meter::Pass;
+use crate::plural::count;
 use crate::program::{FeedMode, MotionArgs, Program};
 use crate::protocol::ProtocolArgs;
 
@@ -127,12 +128,16 @@ fn whole(
     }
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
+            MotionArgs::refuse_for_dump(global)?;
             return Ok(Ok(Some(send::dump(&source, machine, args.single_block)?.0)));
         }
         (Some(file), Some(source)) => {
             Program::check(file, source, machine.clone(), &motion, global)?
         }
-        _ if args.execute.is_empty() => return Ok(Ok(None)),
+        _ if args.execute.is_empty() => {
+            MotionArgs::refuse(global, "no program is named")?;
+            return Ok(Ok(None));
+        }
         _ => Program::check_typed(&args.execute, machine.clone(), &motion, global)?,
     };
     let program = match program {
@@ -194,7 +199,8 @@ impl Report<'_> {
         let mut out = io::stdout().lock();
         let Told { replay, sent, unsent, lost, end, us } = self.told;
         let (same, seconds) = (replay.same(), *us as f64 * 1e-6);
-        writeln!(out, "{sent} bytes sent in {seconds:.6} s, {same} answers the same")?;
+        let (bytes, same) = (count(*sent, "byte"), count(same as u64, "answer"));
+        writeln!(out, "{bytes} sent in {seconds:.6} s, {same} the same")?;
         if *lost > 0 {
             writeln!(
                 out,

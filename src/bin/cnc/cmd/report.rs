@@ -19,6 +19,7 @@ use self::page::{Banner, Figure, Finding, Page, Table, number, text};
 use super::plot::{self, curves};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
+use crate::plural::count;
 use crate::program::{MotionArgs, Program};
 use crate::{input, output};
 use cnc::wire_io::journal::hex;
@@ -82,10 +83,8 @@ fn head(program: &Program) -> Page {
     let findings: Vec<Finding> = checked.diagnostics.iter().map(Finding::of).collect();
     let more_findings = (checked.errors + checked.warnings).saturating_sub(findings.len() as u64);
     let errors = checked.errors;
-    let wrong = match errors {
-        1 => "there is 1 error".to_owned(),
-        errors => format!("there are {errors} errors"),
-    };
+    let there = if errors == 1 { "there is" } else { "there are" };
+    let wrong = format!("{there} {}", count(errors, "error"));
     let origin =
         |name: &str, sha256: &[u8; 32]| Figure::new(name, format!("sha256:{}", hex(sha256)));
     let machine = &program.machine;

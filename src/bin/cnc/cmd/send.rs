@@ -35,7 +35,7 @@ use self::sim::Simulation;
 use self::tracing::Tracing;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
-use crate::input;
+use crate::{input, output};
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
 use crate::meter::Pass;
@@ -100,6 +100,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     check_speed(args, &port, &machine)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
+            MotionArgs::refuse_for_dump(global)?;
             let (job, origin) = dump(&source, &machine, args.single_block)?;
             let work = Work { record: book::record(&origin), program: None };
             return run_job(args, global, &port, &machine, job, work);
@@ -126,6 +127,17 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let command = if args.file.is_some() { "send" } else { "typed" };
     let record = JobRecord { command: command.to_owned(), ..book::record(&origin) };
     run_job(args, global, &port, machine, job, Work { record, program: Some(&program) })
+}
+
+impl Args {
+    /// Refuses two outputs of one name, and traces and signals over a journal.
+    fn check_outputs(&self) -> anyhow::Result<()> {
+        for journal in [&self.resume, &self.journal.journal] {
+            let outputs = [&self.trace, &self.plc.signals, &self.plc.svg, journal];
+            output::check_distinct(&outputs.map(Option::as_deref))?;
+        }
+        Ok(())
+    }
 }
 
 /// How the job is planned: from where the user says, or else from where the one began that it goes on with,
@@ -183,6 +195,7 @@ pub fn run_job(
     mut work: Work<'_>,
 ) -> Outcome {
     let machine = &port.machine(machine);
+    args.check_outputs()?;
     work.record.plan_sha256 = journal::hex(&job.sha256());
     let (job, work) = match &args.resume {
         Some(journal) => resumed(args, port, machine, journal, job, work)?,

@@ -15,6 +15,7 @@ use crate::exit::{Exit, ExitWith, Outcome, unless_unread};
 use crate::input::{self, Start};
 use crate::language::{DialectArg, LanguageArgs, SubprogramArgs};
 use crate::meter::Pass;
+use crate::plural::count;
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 
 /// Hold a command dump against the path of its program
@@ -247,7 +248,7 @@ fn print(out: &mut impl Write, report: &Report, global: &Global) -> io::Result<(
         writeln!(out, "{}", line.trim_end())?;
     }
     writeln!(out)?;
-    writeln!(out, "{} ticks, {} s", report.ticks, number(report.seconds))?;
+    writeln!(out, "{}, {} s", count(report.ticks, "tick"), number(report.seconds))?;
     if let Some(rms) = report.rms_contour_error_mm {
         writeln!(out, "contour error: root mean square {} mm", number(rms))?;
     }

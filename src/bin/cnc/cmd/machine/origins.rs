@@ -39,7 +39,9 @@ pub fn of(machine: &Machine, name_or_file: &str) -> anyhow::Result<Vec<Origin>> 
     let said: BTreeMap<String, u32> =
         written(&text).into_iter().map(|written| (written.path, written.line)).collect();
     let values = written(machine.to_toml()).into_iter().map(|value| {
-        let line = said.get(&value.path).copied();
+        // A hook may be written as its command alone.
+        let short = value.path.strip_suffix(".command").and_then(|path| said.get(path));
+        let line = said.get(&value.path).or(short).copied();
         Origin {
             path: value.path,
             value: value.value,
