@@ -24,8 +24,8 @@ use sha2::{Digest, Sha256};
 pub use self::error::ProfileError;
 pub use self::hooks::{HOOK_TIMEOUT_S, Hook, Hooks, NoValue, Occasion, Trigger};
 pub use self::plc::PlcProfile;
-pub use self::written::{Written, written};
 pub use self::timing::{ANSWER_PAUSE_US, BufferTime, LISTEN_US, SPI_US};
+pub use self::written::{Written, written};
 use crate::base::{Axis, AxisMap, Point};
 
 /// The profile used when none is named.

@@ -21,6 +21,12 @@ pub trait Watch: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// Break off the reading.
     fn at(&self, offset: u64) -> io::Result<()>;
+
+    /// What has been read keeps its reader busy.
+    ///
+    /// # Errors
+    /// Break that off.
+    fn go_on(&self) -> io::Result<()>;
 }
 
 /// Bytes that have to be UTF-8, as text.
@@ -105,6 +111,14 @@ impl Source {
     #[must_use]
     pub fn watched_by(self, watch: Arc<dyn Watch>) -> Source {
         Source { watch: Some(watch), ..self }
+    }
+
+    /// Asks whoever looks on whether to go on with what has been read.
+    ///
+    /// # Errors
+    /// It is to be broken off.
+    pub fn go_on(&self) -> io::Result<()> {
+        self.watch.as_ref().map_or(Ok(()), |watch| watch.go_on())
     }
 
     /// Reads from an offset on. Readers of one source do not disturb each other.

@@ -48,8 +48,12 @@ mod tests {
         let text = "name = \"a\"\n\n[bus]\nnodes = { X = 1,\n Y = 2 }\nids = [1, 2]\n";
         let found: Vec<_> = written(text);
         let found = found.iter().map(|w| (w.path.as_str(), w.value.as_str(), w.line));
-        let expected =
-            [("name", "\"a\"", 1), ("bus.nodes.X", "1", 4), ("bus.nodes.Y", "2", 5), ("bus.ids", "[1, 2]", 6)];
+        let expected = [
+            ("name", "\"a\"", 1),
+            ("bus.nodes.X", "1", 4),
+            ("bus.nodes.Y", "2", 5),
+            ("bus.ids", "[1, 2]", 6),
+        ];
         assert_eq!(found.collect::<Vec<_>>(), expected);
     }
 }

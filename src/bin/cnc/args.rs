@@ -13,7 +13,8 @@ use crate::exit::Failure;
 use crate::{cmd, config, examples};
 
 /// `--help`: what it is, how it is used, and then all of it.
-const HELP: &str = "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
+const HELP: &str =
+    "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
 /// Turns NC programs into synchronised steps for machine tools with distributed axis controllers,
 /// proves them right, and sends them over the serial bus
@@ -48,7 +49,14 @@ pub struct Global {
     #[arg(long, global = true, env = "CNC_NO_INPUT", hide_env = true, value_parser = FalseyValueParser::new())]
     pub no_input: bool,
     /// Print at most this many errors of a program; all are counted
-    #[arg(long, global = true, env = "CNC_MAX_ERRORS", hide_env = true, default_value_t = 100, value_name = "N")]
+    #[arg(
+        long,
+        global = true,
+        env = "CNC_MAX_ERRORS",
+        hide_env = true,
+        default_value_t = 100,
+        value_name = "N"
+    )]
     pub max_errors: usize,
     /// What `cnc.toml` says.
     #[arg(skip)]

@@ -57,7 +57,8 @@ pub fn of(command: &str) -> Option<&'static str> {
     })
 }
 
-const INTERPRET: &str = "  cnc interpret part.nc                      all that is wrong with it, or what it means
+const INTERPRET: &str =
+    "  cnc interpret part.nc                      all that is wrong with it, or what it means
   cnc interpret part.nc -q                   check it only
   cnc interpret part.nc --json               canonical motion, one object a line
   cnc interpret part.nc --dialect fanuc      as a FANUC-style control reads it
@@ -70,15 +71,18 @@ const INTERPOLATE: &str = "  cnc interpolate part.nc                    time, ti
   cnc interpolate part.nc --override 50%     with the feeds of cuts halved
   cnc interpolate part.nc --method b --svg drift.svg  if the nodes interpolated by equations";
 
-const VERIFY: &str = "  cnc verify part.nc part.csv                are those steps the programmed path?
+const VERIFY: &str =
+    "  cnc verify part.nc part.csv                are those steps the programmed path?
   cnc verify part.nc part.csv -q             say nothing unless they are not
   cnc verify part.nc part.csv --json         every check with its value and limit
   cnc verify part.nc other.csv --unsealed    steps that another tool has written";
 
-const CUT: &str = "  cnc cut part.nc --tool end-mill-6 --material brass-cuzn39pb3  power of each cut
+const CUT: &str =
+    "  cnc cut part.nc --tool end-mill-6 --material brass-cuzn39pb3  power of each cut
   cnc cut part.nc --tool end-mill-3 --material brass-cuzn39pb3 --depth 1 --rpm 2000  cut less deep";
 
-const DIFF: &str = "  cnc diff old.csv new.csv                   the first tick that differs, distance, times
+const DIFF: &str =
+    "  cnc diff old.csv new.csv                   the first tick that differs, distance, times
   cnc diff part.nc part.csv                  is the dump what the program still makes?
   cnc diff old.csv new.csv --tolerance 0.01  be content with 0.01 mm";
 
@@ -89,16 +93,19 @@ const PLOT: &str = "  cnc plot part.nc -o part.svg               the path from f
 
 const REPORT: &str = "  cnc report part.nc -o part.html            all about it on one page";
 
-const SEND: &str = "  cnc send sim: part.nc                      run it on simulated nodes, in no time
+const SEND: &str =
+    "  cnc send sim: part.nc                      run it on simulated nodes, in no time
   cnc send sim: part.nc --dry-run            check and show the job, send nothing
   cnc send /dev/ttyUSB0 part.nc              run it on the machine; asks before it starts
   cnc send /dev/ttyUSB0 part.csv --yes --trace job.jsonl  a dump, without asking, every byte kept
   cnc send sim: -e 'G0 X10' -e 'G0 X0'       blocks as typed";
 
-const REPLAY: &str = "  cnc replay job.jsonl                       did the nodes answer as they should?
+const REPLAY: &str =
+    "  cnc replay job.jsonl                       did the nodes answer as they should?
   cnc replay job.jsonl part.nc               how far each axis got, on which line";
 
-const JOG: &str = "  cnc jog sim: X --by -5                     5 mm towards minus, on simulated nodes
+const JOG: &str =
+    "  cnc jog sim: X --by -5                     5 mm towards minus, on simulated nodes
   cnc jog /dev/ttyUSB0 Z --by 2 --feed 120   2 mm up at 120 mm/min
   cnc jog /dev/ttyUSB0 X --by 10 --dry-run   show what would be done";
 
@@ -123,7 +130,8 @@ const BUS: &str = "  cnc bus                                    what each interf
   cnc bus part.nc                            which interfaces keep up with a program
   cnc bus part.nc --ring                     a virtual ring of drives executes it";
 
-const EXPLAIN: &str = "  cnc explain no-feed                        a rule, with the mistake and the mended program
+const EXPLAIN: &str =
+    "  cnc explain no-feed                        a rule, with the mistake and the mended program
   cnc explain G43                            a code, here and on other controls
   cnc explain                                all of them";
 

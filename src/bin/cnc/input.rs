@@ -30,9 +30,8 @@ pub fn keep(file: &Path) -> anyhow::Result<()> {
     if data.as_ref().is_some_and(|data| !data.is_file()) {
         return Ok(());
     }
-    let is_file = |data: &std::fs::Metadata, read: &[(u64, u64)]| {
-        read.contains(&(data.dev(), data.ino()))
-    };
+    let is_file =
+        |data: &std::fs::Metadata, read: &[(u64, u64)]| read.contains(&(data.dev(), data.ino()));
     if let (Some(data), Ok(read)) = (&data, READ.lock())
         && is_file(data, &read)
     {

@@ -38,13 +38,8 @@ static SHARE: AtomicU64 = AtomicU64::new(0);
 static BY_BYTES: AtomicBool = AtomicBool::new(false);
 /// How often the operator had asked to stop before the stage began.
 static STOPS_BEFORE: AtomicUsize = AtomicUsize::new(0);
-static SHOWN: Mutex<Shown> = Mutex::new(Shown {
-    is_wanted: false,
-    has_painter: false,
-    stage: None,
-    said: None,
-    bar: None,
-});
+static SHOWN: Mutex<Shown> =
+    Mutex::new(Shown { is_wanted: false, has_painter: false, stage: None, said: None, bar: None });
 
 /// What the thread that draws has to know.
 struct Shown {
@@ -172,13 +167,17 @@ struct Reading {
 
 impl Watch for Reading {
     fn at(&self, offset: u64) -> io::Result<()> {
-        if PASSES.load(Ordering::Relaxed) == 0 {
-            return Ok(());
-        }
         if BY_BYTES.load(Ordering::Relaxed) && self.length >= TOLD_BYTES {
             tell(offset, self.length);
         }
-        go_on().map_err(io::Error::other)
+        self.go_on()
+    }
+
+    fn go_on(&self) -> io::Result<()> {
+        match PASSES.load(Ordering::Relaxed) {
+            0 => Ok(()),
+            _ => go_on().map_err(io::Error::other),
+        }
     }
 }
 

@@ -23,8 +23,8 @@ use serde_json::{Map, Value, json};
 use crate::args::Global;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::plural::count;
-use crate::{meter, output};
 use crate::program::{Encoder, MotionArgs, Program};
+use crate::{meter, output};
 
 /// Plan a program and interpolate it to steps per axis per tick
 #[derive(Debug, clap::Args)]
@@ -339,7 +339,8 @@ fn print(out: &mut impl Write, summary: &Summary, program: &Program) -> io::Resu
         summary.total_s(machine)
     )?;
     if summary.events > 0 {
-        let they = if summary.events == 1 { "it takes what it takes" } else { "they take what they take" };
+        let they =
+            if summary.events == 1 { "it takes what it takes" } else { "they take what they take" };
         writeln!(out, "events    {}: {they}", summary.events)?;
     }
     writeln!(out, "way       cut {:.3} mm, rapid {:.3} mm", summary.cut_mm, summary.rapid_mm)?;

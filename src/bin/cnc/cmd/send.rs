@@ -35,7 +35,6 @@ use self::sim::Simulation;
 use self::tracing::Tracing;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
-use crate::{input, output};
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
 use crate::meter::Pass;
@@ -43,6 +42,7 @@ use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::progress::Bar;
 use crate::protocol::{NO_MAX, ProtocolArgs};
+use crate::{input, output};
 
 /// Streams a program or a command dump to the nodes
 ///

@@ -97,7 +97,9 @@ pub fn run(file: &Path, args: &Args, global: &Global) -> Outcome {
     }
     for strike in args.fault.iter().filter(|strike| !ran.struck.contains(strike)) {
         let cycles = count(ran.traffic.cycles, "cycle");
-        say!("warning: {strike} has not struck: the job took {cycles}, and telegrams differ in length");
+        say!(
+            "warning: {strike} has not struck: the job took {cycles}, and telegrams differ in length"
+        );
     }
     let mut out = io::stdout().lock();
     if global.json {
@@ -149,7 +151,9 @@ impl Setup {
             )
             .into());
         }
-        if let Some(strike) = args.fault.iter().find(|strike| bits_most(&slots, strike.place, baud) <= strike.bit) {
+        if let Some(strike) =
+            args.fault.iter().find(|strike| bits_most(&slots, strike.place, baud) <= strike.bit)
+        {
             let bits = bits_most(&slots, strike.place, baud);
             return Err(anyhow!("{strike}: that telegram has at most {bits} bits")).or_bad_input();
         }

@@ -197,7 +197,8 @@ impl<'p> Study<'p> {
                 let drift = &runs[0].last_steps;
                 let mut row = || -> io::Result<()> {
                     write!(out, "{tick},{}", piece.segment.line)?;
-                    axes.iter().try_for_each(|axis| write!(out, ",{:.6}", unsigned_zero(drift[*axis])))?;
+                    axes.iter()
+                        .try_for_each(|axis| write!(out, ",{:.6}", unsigned_zero(drift[*axis])))?;
                     writeln!(out)
                 };
                 if written.is_ok() {
@@ -441,8 +442,8 @@ fn each_segment(
     mut take: impl FnMut(&Equations) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     for item in program.path() {
-        let item = item
-            .map_err(|error| anyhow!(error).context("the program changed while it was read"))?;
+        let item =
+            item.map_err(|error| anyhow!(error).context("the program changed while it was read"))?;
         if let PathItem::Segment(segment) = item {
             equations(&segment, &program.machine, constants).iter().try_for_each(&mut take)?;
         }

@@ -120,7 +120,11 @@ impl Report<'_> {
     /// What has become of that.
     pub fn struck(&self, struck: &[Struck], asked: usize) {
         if struck.len() < asked && !self.global.quiet {
-            say!("{} of {} struck before the job was over", struck.len(), count(asked as u64, "fault"));
+            say!(
+                "{} of {} struck before the job was over",
+                struck.len(),
+                count(asked as u64, "fault")
+            );
         }
         for Struck { at_us, fault, phase } in struck.iter().filter(|_| !self.global.quiet) {
             let (at_s, phase) = (*at_us as f64 * 1e-6, phase.name());
@@ -210,7 +214,10 @@ impl Report<'_> {
         if let Some((tick, line)) = found.difference.filter(|_| done) {
             say!("error: line {line}, tick {tick}: the nodes did not execute what was planned");
         } else if done && !self.is_direct && !self.global.quiet {
-            say!("the nodes executed what was planned, tick by tick ({})", count(job.ticks, "tick"));
+            say!(
+                "the nodes executed what was planned, tick by tick ({})",
+                count(job.ticks, "tick")
+            );
         }
         if done && found.difference.is_none() && found.hazards > 0 {
             let hazards = count(found.hazards, "hazard");
