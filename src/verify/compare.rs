@@ -202,14 +202,7 @@ fn polyline<E>(
             let (line, corner) = (tick.line, Corner::Exact);
             let curve = Curve::Line;
             (from_mm != to_mm).then(|| {
-                Ok(PathItem::Segment(Segment {
-                    line,
-                    feed_mm_s: None,
-                    from_mm,
-                    to_mm,
-                    curve,
-                    corner,
-                }))
+                Ok(PathItem::from(Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner }))
             })
         }
     })
