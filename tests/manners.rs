@@ -161,7 +161,7 @@ fn a_reader_that_has_gone_is_no_failure() {
         "cnc bus part.nc",
         "cnc bus part.nc --csv",
         "cnc bus part.nc --ring",
-        "cnc bus --curves sercos-frequency",
+        "cnc bus --curves load",
         "cnc explain",
         "cnc explain G2",
         "cnc explain --json",

@@ -109,7 +109,7 @@ const JOG: &str =
   cnc jog /dev/ttyUSB0 Z --by 2 --feed 120   2 mm up at 120 mm/min
   cnc jog /dev/ttyUSB0 X --by 10 --dry-run   show what would be done";
 
-const HOME: &str = "  cnc home sim: Z                            one axis to its switch, simulated
+const HOME: &str = "  cnc home sim: Z --measured-tick 40000      one axis to its switch, simulated
   cnc home /dev/ttyUSB0                      all, in the profile's order
   cnc home /dev/ttyUSB0 Z X                  some, in this order";
 

@@ -61,10 +61,12 @@ pub fn stops() -> usize {
 
 /// A computation begins that looks at [`stops`]; gives how often it was so far.
 pub fn look() -> usize {
+    // What comes from here on is for the computation.
+    let before = stops();
     LOOKING.fetch_add(1, Ordering::SeqCst);
     // Without a count the first signal ends the process, as it would any other.
     let _ = count_signals();
-    stops()
+    before
 }
 
 /// It has ended.

@@ -12,7 +12,7 @@ use crate::exit::{Exit, Outcome, unless_unread};
 /// Print the manual page, or write a page for each command
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder for a page of each command
+    /// Folder for a page of each command, which is made if it is not there
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
 }
@@ -21,6 +21,7 @@ pub fn run(args: &Args) -> Outcome {
     let command = args::command_for_man();
     if let Some(folder) = &args.output {
         let context = || format!("manual pages cannot be written to {}", folder.display());
+        std::fs::create_dir_all(folder).with_context(context)?;
         clap_mangen::generate_to(command, folder).with_context(context)?;
         return Ok(Exit::Ok);
     }
