@@ -199,7 +199,7 @@ impl Report<'_> {
         let mut out = io::stdout().lock();
         let Told { replay, sent, unsent, lost, end, us } = self.told;
         let (same, seconds) = (replay.same(), *us as f64 * 1e-6);
-        let (bytes, same) = (count(*sent, "byte"), count(same as u64, "answer"));
+        let (bytes, same) = (count(*sent, "byte"), count(same, "answer"));
         writeln!(out, "{bytes} sent in {seconds:.6} s, {same} the same")?;
         if *lost > 0 {
             writeln!(
