@@ -49,6 +49,9 @@ pub fn of(command: &str) -> Option<&'static str> {
         "node" => NODE,
         "ports" => PORTS,
         "machine" => MACHINE,
+        "list" => "  cnc machine list                           built-in profiles",
+        "show" => MACHINE_SHOW,
+        "check" => "  cnc machine check mill.toml                every key and value",
         "bus" => BUS,
         "explain" => EXPLAIN,
         "completions" => COMPLETIONS,
@@ -124,6 +127,11 @@ const MACHINE: &str = "  cnc machine list                           built-in pro
   cnc machine show router                    what a machine can do, and where each value is from
   cnc machine show router --toml > mill.toml  start an own profile
   cnc machine check mill.toml                every key and value";
+
+const MACHINE_SHOW: &str =
+    "  cnc machine show                           what would be used, and who has chosen it
+  cnc machine show mill.toml                 each value with its line, or that it is a default
+  cnc machine show router --toml > mill.toml  start an own profile";
 
 const BUS: &str = "  cnc bus                                    what each interface carries
   cnc bus --nodes 1-8 --protocol frame       for several numbers of axes

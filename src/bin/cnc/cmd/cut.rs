@@ -92,11 +92,13 @@ fn named<T: Entry>(name: &str, built_in: &str, what: &str) -> Result<(String, T)
         _ => (name, None),
     };
     if section.is_none() && !Path::new(file).exists() {
-        let reason = match nearest(name, known.iter().map(|known| known.as_ref())) {
-            Some(near) => format!("did you mean '{near}'?"),
-            None => format!("built in are {}, else it is a file", known.join(", ")),
-        };
-        return Err(anyhow!("there is no {what} '{name}': {reason}").into());
+        let near = nearest(name, known.iter().map(|known| known.as_ref()));
+        let meant = near.map(|near| format!(" (did you mean '{near}'?)")).unwrap_or_default();
+        let known = known.join(", ");
+        return Err(anyhow!(
+            "there is no {what} '{name}'{meant}: built in are {known}, else it is a file"
+        )
+        .into());
     }
     let text = std::fs::read_to_string(file).with_context(|| format!("{what} {file}"))?;
     Ok(entry(&text, section).with_context(|| format!("{what} {file}"))?)

@@ -130,8 +130,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 }
 
 impl Args {
-    /// Refuses two outputs of one name, and traces and signals over a journal.
-    fn check_outputs(&self) -> anyhow::Result<()> {
+    /// Refuses what a PLC cannot do; two outputs of one name, and traces and signals over a journal.
+    fn check(&self, job: &Job, machine: &Machine, port: &Port) -> Result<(), Failure> {
+        self.plc.check(job, machine, port.is_real())?;
         for journal in [&self.resume, &self.journal.journal] {
             let outputs = [&self.trace, &self.plc.signals, &self.plc.svg, journal];
             output::check_distinct(&outputs.map(Option::as_deref))?;
@@ -195,7 +196,6 @@ pub fn run_job(
     mut work: Work<'_>,
 ) -> Outcome {
     let machine = &port.machine(machine);
-    args.check_outputs()?;
     work.record.plan_sha256 = journal::hex(&job.sha256());
     let (job, work) = match &args.resume {
         Some(journal) => resumed(args, port, machine, journal, job, work)?,
@@ -206,7 +206,7 @@ pub fn run_job(
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let is_direct = direct::of_job(&job).next().is_some();
     let report = Report { machine, global, is_direct };
-    args.plc.check(&job, machine, port.is_real())?;
+    args.check(&job, machine, port)?;
     let calls = wire_io::calls(&job, machine).or_bad_input()?;
     let runs_hooks = args.hooks || faults.is_none();
     report.job(&job, &calls, args.dry_run);
