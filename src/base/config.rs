@@ -8,11 +8,27 @@ use std::collections::BTreeMap;
 use crate::base::Diagnostic;
 use crate::base::machine::keys::Keys;
 
+/// What `color` may say.
+const COLORS: [&str; 3] = ["auto", "always", "never"];
+
 /// What a file or several say.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Config {
+    /// Defaults of options, by the option's name (`max_errors` for `--max-errors`).
+    pub settings: BTreeMap<&'static str, Setting>,
     /// `[ports.NAME]`: ports by names of the user's.
     pub ports: BTreeMap<String, PortConfig>,
+}
+
+/// The default of an option.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// As it would stand on the command line.
+    pub value: String,
+    /// The file that says so.
+    pub file: String,
+    /// Its line, from 1.
+    pub line: u32,
 }
 
 /// How to open a port. What is not said is left to the machine profile, or to the system.
@@ -31,21 +47,40 @@ pub struct PortConfig {
 }
 
 impl Config {
-    /// Reads a file's text.
+    /// Reads the text of a file of this name, with the dialects that programs may be written in.
     ///
     /// # Errors
     /// All that is wrong with it, each with its place.
-    pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
+    pub fn parse(
+        file: &str,
+        text: &str,
+        dialects: &[&'static str],
+    ) -> Result<Config, Vec<Diagnostic>> {
         let mut keys = Keys::parse(text);
+        let said = [
+            ("machine", keys.string_if("machine")),
+            ("dialect", word(&mut keys, "dialect", dialects)),
+            ("color", word(&mut keys, "color", &COLORS)),
+            ("max_errors", keys.integer_if("max_errors", 0..=1_000_000).map(|n| n.to_string())),
+            ("no_input", keys.boolean_if("no_input").map(|is| is.to_string())),
+        ];
+        let settings = said.into_iter().filter_map(|(key, value)| {
+            let line = keys.line(key)?;
+            Some((key, Setting { value: value?, file: file.to_owned(), line }))
+        });
+        let settings = settings.collect();
         let names = keys.names("ports");
         let ports = names.into_iter().map(|name| (name.clone(), port(&mut keys, &name))).collect();
         keys.check_complete();
         let faults = keys.into_faults();
-        if faults.is_empty() { Ok(Config { ports }) } else { Err(faults) }
+        if faults.is_empty() { Ok(Config { settings, ports }) } else { Err(faults) }
     }
 
     /// This, and where it says nothing what another one says, key by key.
     pub fn over(mut self, other: Config) -> Config {
+        for (key, setting) in other.settings {
+            self.settings.entry(key).or_insert(setting);
+        }
         for (name, port) in other.ports {
             let nearer = self.ports.remove(&name).unwrap_or_default();
             self.ports.insert(name, nearer.over(port));
@@ -67,6 +102,12 @@ impl PortConfig {
     }
 }
 
+/// One of some words, if the key is there.
+fn word(keys: &mut Keys<'_>, path: &str, of: &[&'static str]) -> Option<String> {
+    let words: Vec<(&str, Option<&str>)> = of.iter().map(|word| (*word, Some(*word))).collect();
+    keys.choice(path, &words, Some(None)).map(str::to_owned)
+}
+
 fn port(keys: &mut Keys<'_>, name: &str) -> PortConfig {
     let table = format!("ports.{name}");
     if !keys.has_table(&table) {
@@ -85,12 +126,25 @@ fn port(keys: &mut Keys<'_>, name: &str) -> PortConfig {
 mod tests {
     use super::*;
 
+    fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
+        Config::parse("cnc.toml", text, &["iso", "fanuc"])
+    }
+
+    #[test]
+    fn defaults_are_read_with_their_lines() {
+        let near = parse("machine = \"router\"\nmax_errors = 5").unwrap();
+        let both = near.over(parse("# mine\nno_input = true\nmachine = \"kimm\"").unwrap());
+        let said = both.settings.iter().map(|(key, s)| (*key, s.value.as_str(), s.line));
+        let expected = [("machine", "router", 1), ("max_errors", "5", 2), ("no_input", "true", 2)];
+        assert_eq!(said.collect::<Vec<_>>(), expected);
+    }
+
     #[test]
     fn ports_are_read_and_the_nearer_file_wins() {
         let near = "[ports.mill]\nbaud = 19200\n[ports.lathe]\ndevice = \"/dev/ttyS1\"";
         let far = "[ports.mill]\ndevice = \"usb:0403:6001\"\nbaud = 38400\nreply_timeout_ms = 500\n\
                    latency_timer_ms = 1\nwrite_piece_bytes = 16";
-        let both = Config::parse(near).unwrap().over(Config::parse(far).unwrap());
+        let both = parse(near).unwrap().over(parse(far).unwrap());
         assert_eq!(both.ports.keys().collect::<Vec<_>>(), ["lathe", "mill"]);
         let mill = PortConfig {
             device: Some("usb:0403:6001".to_owned()),
@@ -100,13 +154,13 @@ mod tests {
             write_piece_bytes: Some(16),
         };
         assert_eq!(both.ports["mill"], mill);
-        assert_eq!(Config::parse(""), Ok(Config::default()));
+        assert_eq!(parse(""), Ok(Config::default()));
     }
 
     #[test]
     fn what_is_wrong_is_said_with_its_place() {
         let check = |text: &str, line: u32, expected: &str| {
-            let faults = Config::parse(text).unwrap_err();
+            let faults = parse(text).unwrap_err();
             let said = format!("{} {}", faults[0].message, faults[0].help.as_deref().unwrap_or(""));
             assert!(said.contains(expected), "{text}: {said}");
             assert_eq!(faults[0].span.line, line, "{text}");
@@ -119,5 +173,9 @@ mod tests {
         check("[ports]\nmill = \"/dev/ttyUSB0\"", 2, "a table is expected");
         check("[ports.\"a.b\"]", 1, "holds a dot");
         check("[ports", 1, "");
+        check("machne = \"router\"", 1, "did you mean 'machine'");
+        check("dialect = \"fanuk\"", 1, "did you mean \"fanuc\"");
+        check("\ncolor = true", 2, "a string in quotes");
+        check("no_input = 1", 1, "true or false");
     }
 }

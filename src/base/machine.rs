@@ -11,6 +11,7 @@ mod hooks;
 pub(in crate::base) mod keys;
 mod plc;
 mod timing;
+mod written;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,6 +25,7 @@ pub use self::error::ProfileError;
 pub use self::hooks::{HOOK_TIMEOUT_S, Hook, Hooks, NoValue, Occasion, Trigger};
 pub use self::plc::PlcProfile;
 pub use self::timing::{ANSWER_PAUSE_US, BufferTime, LISTEN_US, SPI_US};
+pub use self::written::{Written, written};
 use crate::base::{Axis, AxisMap, Point};
 
 /// The profile used when none is named.
@@ -302,6 +304,17 @@ impl Machine {
         })?;
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         file::parse(file, &stem.replace(|c: char| c.is_whitespace() || c.is_control(), "_"), &text)
+    }
+
+    /// The text of a profile, found as [`Machine::load`] finds it: a built-in one's, or a file's.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn text(name_or_file: &str) -> io::Result<String> {
+        match BUILT_IN.iter().find(|(id, _)| *id == name_or_file) {
+            Some((_, text)) => Ok((*text).to_owned()),
+            None => read(Path::new(name_or_file)),
+        }
     }
 
     /// Reads a profile from TOML and checks it.

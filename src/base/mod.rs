@@ -5,6 +5,7 @@ pub mod axis;
 pub mod command;
 pub mod config;
 pub mod diagnostic;
+pub mod likeness;
 pub mod machine;
 pub mod plane;
 pub mod progress;

@@ -11,6 +11,22 @@ use std::sync::Arc;
 pub struct Source {
     name: String,
     bytes: Bytes,
+    watch: Option<Arc<dyn Watch>>,
+}
+
+/// Looks on while a source is read.
+pub trait Watch: std::fmt::Debug + Send + Sync {
+    /// A reader has come to this byte.
+    ///
+    /// # Errors
+    /// Break off the reading.
+    fn at(&self, offset: u64) -> io::Result<()>;
+
+    /// What has been read keeps its reader busy.
+    ///
+    /// # Errors
+    /// Break that off.
+    fn go_on(&self) -> io::Result<()>;
 }
 
 /// Bytes that have to be UTF-8, as text.
@@ -48,7 +64,7 @@ impl Source {
         let name = path.display().to_string();
         // A pipe or a device is read once only: keep what comes.
         if kind.is_file() {
-            Ok(Source { name, bytes: Bytes::File(Arc::new(file)) })
+            Ok(Source { name, bytes: Bytes::File(Arc::new(file)), watch: None })
         } else {
             Source::spool(&name, file)
         }
@@ -61,12 +77,13 @@ impl Source {
     pub fn spool(name: &str, mut stream: impl Read) -> io::Result<Source> {
         let mut file = tempfile::tempfile()?;
         io::copy(&mut stream, &mut file)?;
-        Ok(Source { name: name.to_owned(), bytes: Bytes::File(Arc::new(file)) })
+        let bytes = Bytes::File(Arc::new(file));
+        Ok(Source { name: name.to_owned(), bytes, watch: None })
     }
 
     /// A text in memory.
     pub fn memory(name: &str, bytes: impl Into<Arc<[u8]>>) -> Source {
-        Source { name: name.to_owned(), bytes: Bytes::Memory(bytes.into()) }
+        Source { name: name.to_owned(), bytes: Bytes::Memory(bytes.into()), watch: None }
     }
 
     /// The name to show: as the user gave it.
@@ -79,9 +96,34 @@ impl Source {
         self.name.rsplit('/').next().unwrap_or(&self.name)
     }
 
+    /// Bytes of the text.
+    ///
+    /// # Errors
+    /// When the file cannot be asked.
+    pub fn length(&self) -> io::Result<u64> {
+        match &self.bytes {
+            Bytes::File(file) => Ok(file.metadata()?.len()),
+            Bytes::Memory(bytes) => Ok(bytes.len() as u64),
+        }
+    }
+
+    /// The same text, with somebody who looks on whenever it is read.
+    #[must_use]
+    pub fn watched_by(self, watch: Arc<dyn Watch>) -> Source {
+        Source { watch: Some(watch), ..self }
+    }
+
+    /// Asks whoever looks on whether to go on with what has been read.
+    ///
+    /// # Errors
+    /// It is to be broken off.
+    pub fn go_on(&self) -> io::Result<()> {
+        self.watch.as_ref().map_or(Ok(()), |watch| watch.go_on())
+    }
+
     /// Reads from an offset on. Readers of one source do not disturb each other.
     pub fn reader(&self, offset: u64) -> SourceReader {
-        SourceReader { bytes: self.bytes.clone(), offset }
+        SourceReader { bytes: self.bytes.clone(), watch: self.watch.clone(), offset }
     }
 }
 
@@ -89,6 +131,7 @@ impl Source {
 #[derive(Debug)]
 pub struct SourceReader {
     bytes: Bytes,
+    watch: Option<Arc<dyn Watch>>,
     offset: u64,
 }
 
@@ -102,6 +145,9 @@ impl Read for SourceReader {
             }
         };
         self.offset += count as u64;
+        if let Some(watch) = &self.watch {
+            watch.at(self.offset)?;
+        }
         Ok(count)
     }
 }

@@ -71,6 +71,9 @@ const WORK_OF_MOVE: u64 = 10;
 /// Work for each pass that loops may make, where that is more.
 const WORK_OF_PASS: u64 = 100;
 
+/// Blocks of loops and subprograms between two looks at whether the run is still wanted.
+const STEPS_UNWATCHED: u64 = 4096;
+
 /// A run of a program.
 #[derive(Debug)]
 pub(super) struct Run<'a> {
@@ -90,6 +93,8 @@ pub(super) struct Run<'a> {
     pub(super) dialect: Dialect,
     pub(super) max_passes: u64,
     pub(super) passes: u64,
+    /// Blocks of loops and subprograms, which are not read again.
+    steps_in_bodies: u64,
     /// Work that subprograms, loops and branches have made, and may make.
     work: u64,
     work_max: u64,
@@ -135,6 +140,7 @@ impl<'a> Run<'a> {
             dialect: options.dialect,
             max_passes,
             passes: 0,
+            steps_in_bodies: 0,
             work: 0,
             work_max: max_passes.saturating_mul(WORK_OF_PASS).max(WORK_MAX),
             main_label: None,
@@ -162,6 +168,10 @@ impl<'a> Run<'a> {
         } else {
             self.step_body(motions)?;
             self.end_contour(motions);
+            self.steps_in_bodies += 1;
+            if self.steps_in_bodies.is_multiple_of(STEPS_UNWATCHED) {
+                self.source.go_on()?;
+            }
         }
         self.engine.stop(motions);
         self.engine.restore_after_call(&self.calls, file.as_deref(), motions);

@@ -3,8 +3,9 @@
 use std::fmt;
 use std::io;
 
-use super::{BUILT_IN, keys};
+use super::BUILT_IN;
 use crate::base::Diagnostic;
+use crate::base::likeness::nearest;
 
 /// A profile that cannot be used.
 #[derive(Debug)]
@@ -38,7 +39,7 @@ impl fmt::Display for ProfileError {
             ProfileError::NotFound { name } => {
                 let names = BUILT_IN.map(|(id, _)| id);
                 write!(f, "no machine profile '{name}': there is no such file")?;
-                match keys::nearest(name, names.into_iter()) {
+                match nearest(name, names.into_iter()) {
                     Some(near) => write!(f, "; did you mean '{near}'?"),
                     None => write!(f, ", and built in are {}", names.join(", ")),
                 }

@@ -10,6 +10,7 @@ use std::ops::{Range, RangeInclusive};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::base::likeness::nearest;
 use crate::base::{Diagnostic, Severity, Span};
 
 /// Faults kept: a text with more is no profile at all.
@@ -237,6 +238,11 @@ impl<'t> Keys<'t> {
         }
     }
 
+    /// The line of a value, if it is there.
+    pub fn line(&self, path: &str) -> Option<u32> {
+        self.value(path).map(|value| line_of(self.text, value.span().start))
+    }
+
     /// Says what is wrong with the value at a path.
     pub fn wrong(&mut self, path: &str, message: String, help: Option<String>) {
         let place = self.value(path).map_or(0..0, Spanned::span);
@@ -363,7 +369,7 @@ impl<'t> Keys<'t> {
             .position(|byte| *byte == b'\n')
             .map_or(bytes.len(), |at| start + at);
         let end = place.end.clamp(start, line_end);
-        let line = bytes[..line_start].iter().filter(|byte| **byte == b'\n').count() as u32 + 1;
+        let line = line_of(self.text, start);
         let cut_start = line_start.max(start.saturating_sub(EXCERPT_BYTES));
         let cut_end = line_end.min(end.saturating_add(EXCERPT_BYTES));
         // From the first whole character on.
@@ -384,17 +390,10 @@ impl<'t> Keys<'t> {
     }
 }
 
-/// The candidate that a misspelt word most likely means, if one is near enough.
-pub(super) fn nearest<'c>(
-    word: &str,
-    candidates: impl Iterator<Item = &'c str>,
-) -> Option<&'c str> {
-    let likeness = |name: &str| strsim::jaro_winkler(&word.to_lowercase(), &name.to_lowercase());
-    candidates
-        .map(|name| (likeness(name), name))
-        .filter(|(likeness, _)| *likeness > 0.8)
-        .max_by(|(a, _), (b, _)| a.total_cmp(b))
-        .map(|(_, name)| name)
+/// The line, from 1, of a byte of a text.
+pub(super) fn line_of(text: &str, at: usize) -> u32 {
+    let before = &text.as_bytes()[..at.min(text.len())];
+    before.iter().filter(|byte| **byte == b'\n').count() as u32 + 1
 }
 
 fn as_number(value: &DeValue<'_>) -> Option<f64> {

@@ -1,44 +1,25 @@
 //! The command line: commands and the options they share. Each command's own options stand in
 //! its file under `cmd/`.
 
-use clap::{ColorChoice, Parser, Subcommand};
+use std::collections::BTreeSet;
 
-use crate::cmd;
+use anyhow::anyhow;
+use clap::builder::FalseyValueParser;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
+use cnc::base::{Config, config::Setting};
 
-/// What `cnc --help` adds at its end.
-const EXAMPLES: &str = "\
-Examples:
-  cnc interpret part.nc                      what a program means, and all that is wrong with it
-  cnc interpolate part.nc                    time, ticks, extents, seams
-  cnc interpolate part.nc --csv -o part.csv  the steps of every tick
-  cnc verify part.nc part.csv                are those steps the programmed path?
-  cnc cut part.nc --tool T --material M      does the spindle carry its feeds?
-  cnc diff old.csv new.csv                   what a change of program or profile changes
-  cnc plot part.nc -o part.svg               what it looks like, and how fast
-  cnc report part.nc -o part.html            all about it on one page
-  cnc send sim: part.nc                      run it on simulated nodes
-  cnc send /dev/ttyUSB0 part.nc              run it on the machine
-  cnc replay job.jsonl part.nc               how far each axis got when the link was lost
-  cnc jog /dev/ttyUSB0 X --by -5             move one axis by 5 mm
-  cnc home /dev/ttyUSB0                      send the axes to their switches
-  cnc ports                                  which serial ports there are
-  cnc machine show router                    what a machine can do
-  cnc bus part.nc                            which interfaces keep up with a program
-  cnc explain no-feed                        what a rule or a code means
+use crate::exit::Failure;
+use crate::{cmd, config, examples};
 
-Exit codes:
-  0    done, nothing wrong
-  1    the program, dump or job is bad
-  2    usage, machine profile or file trouble
-  3    the port, the bus or a node failed; the job did not finish
-  130  interrupted
-
-FILE may be - (standard input). Results go to standard output, messages to standard error.";
+/// `--help`: what it is, how it is used, and then all of it.
+const HELP: &str =
+    "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
 /// Turns NC programs into synchronised steps for machine tools with distributed axis controllers,
 /// proves them right, and sends them over the serial bus
 #[derive(Debug, Parser)]
-#[command(name = "cnc", version, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "cnc", version, arg_required_else_help = true, after_help = examples::CODES)]
 pub struct Args {
     #[command(flatten)]
     pub global: Global,
@@ -55,21 +36,61 @@ pub struct Global {
     /// Print results as JSON on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// Print errors only
+    /// Print errors only: no warnings, no progress
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Say more
     #[arg(short, long, global = true)]
     pub verbose: bool,
-    /// When to colour messages
-    #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto, value_name = "WHEN")]
+    /// When to colour messages; by default on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_enum, env = "CNC_COLOR", hide_env = true, default_value_t = ColorChoice::Auto, value_name = "WHEN")]
     pub color: ColorChoice,
     /// Never ask anything
-    #[arg(long, global = true)]
+    #[arg(long, global = true, env = "CNC_NO_INPUT", hide_env = true, value_parser = FalseyValueParser::new())]
     pub no_input: bool,
     /// Print at most this many errors of a program; all are counted
-    #[arg(long, global = true, default_value_t = 100, value_name = "N")]
+    #[arg(
+        long,
+        global = true,
+        env = "CNC_MAX_ERRORS",
+        hide_env = true,
+        default_value_t = 100,
+        value_name = "N"
+    )]
     pub max_errors: usize,
+    /// What `cnc.toml` says.
+    #[arg(skip)]
+    pub config: Config,
+    /// Long names of the options that stand on the command line.
+    #[arg(skip)]
+    pub given: BTreeSet<String>,
+    /// Who has chosen the machine.
+    #[arg(skip)]
+    pub machine_chosen_by: ChosenBy,
+}
+
+impl Global {
+    /// Refuses options, by their long names, that would have no effect.
+    pub fn refuse(&self, options: &[&str], why: &str) -> anyhow::Result<()> {
+        match options.iter().find(|option| self.given.contains(**option)) {
+            Some(option) => Err(anyhow!("--{option} has no effect: {why}")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Where the value of an option is from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum ChosenBy {
+    /// Nobody has said anything.
+    #[default]
+    Default,
+    /// The command line.
+    Option,
+    /// A variable `CNC_…`.
+    Environment,
+    /// A `cnc.toml`: its name and the line.
+    Config(String, u32),
 }
 
 #[derive(Debug, Subcommand)]
@@ -92,4 +113,82 @@ pub enum Command {
     Explain(cmd::explain::Args),
     Completions(cmd::completions::Args),
     Man(cmd::man::Args),
+}
+
+/// Reads the command line, what it leaves open from the environment, and the rest from `cnc.toml`.
+/// Help and mistakes end the process here.
+pub fn parse() -> Result<Args, Failure> {
+    let read = |matches: &ArgMatches| Args::from_arg_matches(matches).unwrap_or_else(|e| e.exit());
+    let said = command().get_matches();
+    let config = config::load(&read(&said).global)?;
+    let matches = with_defaults(command(), &config).get_matches();
+    let mut args = read(&matches);
+    args.global.machine_chosen_by = chosen_by(&matches, "machine", &config);
+    args.global.given = given(&command(), &matches);
+    args.global.config = config;
+    Ok(args)
+}
+
+/// The command line, with examples first in every help, and numbers below zero as values of options.
+pub fn command() -> clap::Command {
+    with_help(Args::command(), |command, text| {
+        command.before_help(format!("Examples:\n{text}")).help_template(HELP)
+    })
+}
+
+/// The same for manual pages, which have examples at their end.
+pub fn command_for_man() -> clap::Command {
+    with_help(Args::command(), |command, text| {
+        let more = command.get_after_help().map(|text| format!("\n\n{text}")).unwrap_or_default();
+        command.after_help(format!("Examples:\n{text}{more}"))
+    })
+}
+
+fn with_help(
+    command: clap::Command,
+    give: fn(clap::Command, &'static str) -> clap::Command,
+) -> clap::Command {
+    let command = match examples::of(command.get_name()) {
+        Some(text) => give(command, text),
+        None => command,
+    };
+    let command = command.mut_args(|arg| match arg.get_long() {
+        Some(_) if arg.get_action().takes_values() => arg.allow_negative_numbers(true),
+        _ => arg,
+    });
+    command.mut_subcommands(|command| with_help(command, give))
+}
+
+/// The command line with what `cnc.toml` says in place of its own defaults.
+fn with_defaults(command: clap::Command, config: &Config) -> clap::Command {
+    let command = command.mut_args(|arg| match config.settings.get(arg.get_id().as_str()) {
+        Some(setting) => arg.default_value(setting.value.clone()),
+        None => arg,
+    });
+    command.mut_subcommands(|command| with_defaults(command, config))
+}
+
+/// Long names of the options that stand on the command line, those of the subcommand among them.
+fn given(command: &clap::Command, matches: &ArgMatches) -> BTreeSet<String> {
+    let is_given = |arg: &&clap::Arg| {
+        matches.try_contains_id(arg.get_id().as_str()).is_ok()
+            && matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine)
+    };
+    let names = command.get_arguments().filter(is_given).filter_map(clap::Arg::get_long);
+    let mut names: BTreeSet<String> = names.map(str::to_owned).collect();
+    if let Some((name, matches)) = matches.subcommand()
+        && let Some(command) = command.find_subcommand(name)
+    {
+        names.extend(given(command, matches));
+    }
+    names
+}
+
+fn chosen_by(matches: &ArgMatches, option: &str, config: &Config) -> ChosenBy {
+    match (matches.value_source(option), config.settings.get(option)) {
+        (Some(ValueSource::CommandLine), _) => ChosenBy::Option,
+        (Some(ValueSource::EnvVariable), _) => ChosenBy::Environment,
+        (_, Some(Setting { file, line, .. })) => ChosenBy::Config(file.clone(), *line),
+        _ => ChosenBy::Default,
+    }
 }

@@ -1,12 +1,15 @@
 //! Which `cnc.toml` files there are, and what they say together: the folder's before the user's.
-//! Options of the command line and `CNC_*` go before both.
+//! Options of the command line and `CNC_*` go before both. A file that is named in one is looked for
+//! from the folder of that one.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use cnc::base::Config;
+use cnc::base::machine::BUILT_IN;
 use cnc::base::source::as_text;
+use cnc::interp::Dialect;
 
 use crate::args::Global;
 use crate::report;
@@ -39,9 +42,15 @@ fn read(file: &Path, global: &Global) -> anyhow::Result<Option<Config>> {
         }
         read => read.and_then(as_text).with_context(|| name.clone())?,
     };
-    let config = Config::parse(&text).map_err(|faults| {
+    let dialects = Dialect::ALL.map(Dialect::name);
+    let mut config = Config::parse(&name, &text, &dialects).map_err(|faults| {
         report::diagnostics(&name, &faults, global);
         anyhow!("configuration '{name}' cannot be used")
     })?;
+    if let (Some(machine), Some(folder)) = (config.settings.get_mut("machine"), file.parent())
+        && BUILT_IN.iter().all(|(id, _)| *id != machine.value)
+    {
+        machine.value = folder.join(&machine.value).display().to_string();
+    }
     Ok(Some(config))
 }

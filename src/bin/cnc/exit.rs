@@ -3,6 +3,8 @@
 use std::io;
 use std::process::ExitCode;
 
+use crate::meter::Interrupted;
+
 /// A command that ran to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -61,6 +63,10 @@ pub fn code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(exit) => ExitCode::from(exit as u8),
         Err(failure) if failure.code == 2 && is_broken_pipe(&failure.error) => ExitCode::SUCCESS,
+        Err(failure) if failure.error.chain().any(Interrupted::is_in) => {
+            say!("error: interrupted");
+            ExitCode::from(Exit::Interrupted as u8)
+        }
         Err(failure) => {
             say!("error: {:#}", failure.error);
             ExitCode::from(failure.code)

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use anyhow::{Context, anyhow};
@@ -16,23 +16,55 @@ use sha2::{Digest, Sha256};
 
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
-use crate::report;
+use crate::{meter, report};
 
 /// Files that were opened to be read: device and number of each.
 static READ: Mutex<Vec<(u64, u64)>> = Mutex::new(Vec::new());
 
-/// Whether a file may be written: none that this command reads is written over.
+/// Files that this command writes, by their folders and names.
+static WRITTEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Whether a file may be written: none that this command reads, or writes already, is written over.
 pub fn keep(file: &Path) -> anyhow::Result<()> {
-    let Ok(data) = file.metadata() else { return Ok(()) };
-    let is_read = READ.lock().is_ok_and(|read| read.contains(&(data.dev(), data.ino())));
-    match data.is_file() && is_read {
-        true => Err(anyhow!("this command reads it: name another file for what is written")),
-        false => Ok(()),
+    let data = file.metadata().ok();
+    if data.as_ref().is_some_and(|data| !data.is_file()) {
+        return Ok(());
     }
+    let is_file =
+        |data: &std::fs::Metadata, read: &[(u64, u64)]| read.contains(&(data.dev(), data.ino()));
+    if let (Some(data), Ok(read)) = (&data, READ.lock())
+        && is_file(data, &read)
+    {
+        return Err(anyhow!("this command reads it: name another file for what is written"));
+    }
+    if let Ok(mut written) = WRITTEN.lock() {
+        let place = place(file);
+        if written.contains(&place) {
+            return Err(anyhow!("this command writes something else to it: name another file"));
+        }
+        written.push(place);
+    }
+    Ok(())
+}
+
+/// What a file's name comes to, whether it is there or not.
+pub fn place(file: &Path) -> PathBuf {
+    if let Ok(place) = file.canonicalize() {
+        return place;
+    }
+    let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    file.file_name().map_or_else(|| file.to_owned(), |name| folder.join(name))
 }
 
 /// Opens a file, or spools standard input for `-`.
 pub fn source(file: &Path) -> anyhow::Result<Source> {
+    let source = unwatched(file)?;
+    let name = source.name().to_owned();
+    meter::watched(source).context(name)
+}
+
+fn unwatched(file: &Path) -> anyhow::Result<Source> {
     if file == Path::new("-") {
         return Source::spool("<stdin>", std::io::stdin().lock()).context("standard input");
     }

@@ -11,7 +11,14 @@ use cnc::interp::{self, Dialect};
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct LanguageArgs {
     /// Whose meaning is taken where the same text means different things on different controls
-    #[arg(long, value_enum, default_value_t, value_name = "NAME")]
+    #[arg(
+        long,
+        value_enum,
+        env = "CNC_DIALECT",
+        hide_env = true,
+        default_value_t,
+        value_name = "NAME"
+    )]
     pub dialect: DialectArg,
     /// Leave out lines that begin with /
     #[arg(long)]

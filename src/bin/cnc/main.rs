@@ -10,13 +10,14 @@
 macro_rules! say {
     ($($line:tt)*) => {{
         use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($line)*);
+        let _ = $crate::meter::above(|| writeln!(std::io::stderr(), $($line)*));
     }};
 }
 
 mod args;
 mod cmd;
 mod config;
+mod examples;
 mod exit;
 mod fixed;
 mod input;
@@ -24,7 +25,9 @@ mod interrupt;
 mod journal;
 mod language;
 mod many;
+mod meter;
 mod output;
+mod plural;
 mod port;
 mod program;
 mod progress;
@@ -34,14 +37,16 @@ mod table;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use crate::args::{Args, Command};
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    exit::code(args::parse().and_then(|args| run(&args)))
+}
+
+fn run(args: &Args) -> exit::Outcome {
     let global = &args.global;
-    let outcome = match &args.command {
+    meter::show(!global.quiet);
+    match &args.command {
         Command::Interpret(args) => cmd::interpret::run(args, global),
         Command::Interpolate(args) => cmd::interpolate::run(args, global),
         Command::Verify(args) => cmd::verify::run(args, global),
@@ -60,6 +65,5 @@ fn main() -> ExitCode {
         Command::Explain(args) => cmd::explain::run(args, global),
         Command::Completions(args) => cmd::completions::run(args),
         Command::Man(args) => cmd::man::run(args),
-    };
-    exit::code(outcome)
+    }
 }

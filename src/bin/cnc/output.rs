@@ -115,6 +115,23 @@ pub fn folder_of(file: &Path) -> anyhow::Result<&Path> {
     }
 }
 
+/// Refuses two outputs of one name before any is made; `None` and `-` are no files.
+pub fn check_distinct(outputs: &[Option<&Path>]) -> anyhow::Result<()> {
+    let files: Vec<&Path> = outputs.iter().flatten().copied().collect();
+    let files: Vec<&Path> = files.into_iter().filter(|file| *file != Path::new("-")).collect();
+    let twice = (1..files.len()).find(|at| {
+        let is_same = |other: &&Path| input::place(other) == input::place(files[*at]);
+        files[..*at].iter().any(is_same)
+    });
+    match twice {
+        Some(at) => {
+            let name = files[at].display();
+            Err(anyhow!("{name} is named for two outputs: name another file for one of them"))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Writes a file whole.
 pub fn whole_file(
     path: &Path,

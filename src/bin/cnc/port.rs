@@ -1,7 +1,8 @@
 //! PORT on the command line → a port and how to open it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use cnc::base::likeness::nearest;
 use cnc::base::machine::Bus;
 use cnc::base::{Machine, PortConfig};
 use cnc::wire::Timing;
@@ -9,7 +10,6 @@ use cnc::wire_io::ports::{UsbName, list_ports};
 use cnc::wire_io::{self, Serial, Speed};
 
 use crate::args::Global;
-use crate::config;
 use crate::exit::{ExitWith, Failure};
 
 /// The port, and what commands that open one let the user say about it.
@@ -39,8 +39,8 @@ pub struct Port {
 impl PortArgs {
     /// Looks the port up in the configuration. Whether it is there is not asked yet.
     pub fn port(&self, global: &Global) -> anyhow::Result<Port> {
-        let mut known = config::load(global)?.ports;
-        let configured = self.port.to_str().and_then(|name| known.remove(name));
+        let known = &global.config.ports;
+        let configured = self.port.to_str().and_then(|name| known.get(name).cloned());
         let said = PortConfig {
             baud: self.baud,
             reply_timeout_ms: self.reply_timeout,
@@ -48,14 +48,25 @@ impl PortArgs {
         };
         let config = said.over(configured.unwrap_or_default());
         let device = config.device.as_ref().map_or(self.port.clone(), PathBuf::from);
+        if let Some(near) = self.meant(&device, global) {
+            say!("note: no port is {}; did you mean {near}?", device.display());
+        }
         if let Some(name) = usb_name(&device) {
             name.parse::<UsbName>()?;
         }
         Ok(Port { device, config })
     }
+
+    /// The name in the configuration that a port which is not there is most like.
+    fn meant<'g>(&self, device: &Path, global: &'g Global) -> Option<&'g str> {
+        let is_simulated = self.port.to_string_lossy().starts_with("sim:");
+        let is_there = is_simulated || usb_name(device).is_some() || device.exists();
+        let known = global.config.ports.keys().map(String::as_str);
+        (!is_there).then(|| nearest(&device.to_string_lossy(), known)).flatten()
+    }
 }
 
-fn usb_name(device: &std::path::Path) -> Option<&str> {
+fn usb_name(device: &Path) -> Option<&str> {
     device.to_str().filter(|name| name.starts_with("usb:"))
 }
 

@@ -2,6 +2,7 @@
 //! first, then planned and interpolated.
 
 use std::cell::{OnceCell, RefCell};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -17,6 +18,7 @@ use crate::args::Global;
 use crate::exit::{Exit, Failure};
 use crate::input::{FeedOverride, Start};
 use crate::language::LanguageArgs;
+use crate::meter::Pass;
 use crate::{input, report};
 
 /// Options that change the motion of a job.
@@ -36,6 +38,31 @@ pub struct MotionArgs {
     /// Tool table: CSV, or LinuxCNC's format; lengths in mm
     #[arg(long, value_name = "FILE")]
     pub tools: Option<PathBuf>,
+}
+
+impl MotionArgs {
+    /// What these options are called.
+    pub const NAMES: [&str; 9] = [
+        "feed",
+        "override",
+        "start",
+        "dialect",
+        "block-delete",
+        "lenient",
+        "include",
+        "max-passes",
+        "tools",
+    ];
+
+    /// Refuses them where there is no program that they could mean.
+    pub fn refuse(global: &Global, why: &str) -> anyhow::Result<()> {
+        global.refuse(&MotionArgs::NAMES, why)
+    }
+
+    /// Refuses them for a dump.
+    pub fn refuse_for_dump(global: &Global) -> anyhow::Result<()> {
+        MotionArgs::refuse(global, "the steps of a dump are made already")
+    }
 }
 
 /// How speed is planned.
@@ -151,8 +178,10 @@ impl Program {
             feed_override_percent: motion.feed_override.map(FeedOverride::percent),
             ..options
         };
+        let pass = Pass::of_text("checking");
         let (checked, sha256) =
             interp::check_and_hash(&source, &machine, &options, global.max_errors)?;
+        drop(pass);
         let feed = match motion.feed {
             FeedMode::LookAhead => Feed::LookAhead,
             FeedMode::ExactStop => Feed::ExactStop,
@@ -177,13 +206,21 @@ impl Program {
 
     /// The path that the program means.
     pub fn path(&self) -> impl Iterator<Item = Result<PathItem, RunError>> {
-        path_of(&self.source, &self.machine, &self.options)
+        self.path_for("following the path")
+    }
+
+    /// The same, for a pass that is shown by a name of its own.
+    fn path_for(&self, what: &'static str) -> impl Iterator<Item = Result<PathItem, RunError>> {
+        let summary = &self.checked.summary;
+        let total = summary.moves + summary.events;
+        let motions = interp::motions(&self.source, &self.machine, &self.options);
+        path::segments(Watched { inner: motions, what, total, done: 0, pass: None }, &self.machine)
     }
 
     /// When the machine is where on the path.
     pub fn plan(&self) -> Result<impl Iterator<Item = Result<Planned, RunError>>, RunError> {
-        let start = self.start_mm();
-        Ok(plan::plan(self.path(), &self.machine, self.feed, self.seams()?, start))
+        let (start, seams) = (self.start_mm(), self.seams()?);
+        Ok(plan::plan(self.path_for("planning"), &self.machine, self.feed, seams, start))
     }
 
     /// The commands of the job; the summary grows as they are taken.
@@ -197,6 +234,8 @@ impl Program {
             }
         });
         let commands = step::interpolate(plan, &self.machine, self.start_mm());
+        let (what, total) = ("planning", u64::MAX);
+        let commands = Watched { inner: commands, what, total, done: 0, pass: None };
         Ok(commands.inspect(|command| {
             if let Ok(command) = command {
                 summary.borrow_mut().command(command);
@@ -228,6 +267,7 @@ impl Program {
             with_buffers: true,
         };
         let summary = RefCell::new(Summary::default());
+        let _pass = Pass::begin("verifying");
         let path = || Ok::<_, RunError>(self.path());
         Ok(verify::verify(&setup, || self.commands(&summary), path)?)
     }
@@ -237,7 +277,8 @@ impl Program {
         if let Some(seams) = self.seams.get() {
             return Ok(seams);
         }
-        let placed = plan::place(self.path(), &self.machine, self.feed)?;
+        let path = self.path_for("placing the ends of buffers");
+        let placed = plan::place(path, &self.machine, self.feed)?;
         Ok(self.seams.get_or_init(|| placed))
     }
 
@@ -251,12 +292,14 @@ impl Program {
     pub fn block_speeds(
         &self,
     ) -> Result<impl Iterator<Item = Result<BlockSpeed, RunError>>, RunError> {
-        Ok(plan::explain(self.path(), &self.machine, self.feed, self.seams()?))
+        let seams = self.seams()?;
+        Ok(plan::explain(self.path_for("planning"), &self.machine, self.feed, seams))
     }
 
     /// What each seam costs.
     pub fn seam_costs(&self) -> Result<SeamReport, RunError> {
-        plan::survey(self.path(), &self.machine, self.feed, self.seams()?)
+        let seams = self.seams()?;
+        plan::survey(self.path_for("comparing ends of buffers"), &self.machine, self.feed, seams)
     }
 
     /// The header of the job's dump.
@@ -303,10 +346,33 @@ impl Program {
     }
 }
 
-fn path_of<'a>(
-    source: &'a Source,
-    machine: &'a Machine,
-    options: &'a interp::Options,
-) -> impl Iterator<Item = Result<PathItem, RunError>> + 'a {
-    path::segments(interp::motions(source, machine, options), machine)
+/// Takes what a pass gives, tells how far it is, and ends it when the operator wants that.
+struct Watched<I> {
+    inner: I,
+    what: &'static str,
+    /// What the pass will have given at its end, if that is known; else [`u64::MAX`].
+    total: u64,
+    done: u64,
+    /// From the first item to the last.
+    pass: Option<Pass>,
+}
+
+impl<T, I: Iterator<Item = Result<T, RunError>>> Iterator for Watched<I> {
+    type Item = Result<T, RunError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (what, done, total) = (self.what, self.done, self.total);
+        let pass = self.pass.get_or_insert_with(|| Pass::begin(what));
+        if Pass::is_due(done, total)
+            && let Err(stop) = pass.at(done, total)
+        {
+            return Some(Err(RunError::Io(io::Error::other(stop))));
+        }
+        self.done += 1;
+        let next = self.inner.next();
+        if next.is_none() {
+            self.pass = None;
+        }
+        next
+    }
 }

@@ -10,6 +10,7 @@ use cnc::gcode::MessageKind;
 use cnc::interp::Checked;
 
 use crate::args::Global;
+use crate::plural::count;
 
 /// Draws diagnostics on standard error: errors always, warnings unless `--quiet`.
 pub fn diagnostics<'a>(
@@ -50,7 +51,7 @@ pub fn said(source_name: &str, checked: &Checked, global: &Global) {
     }
     let more = checked.messages.saturating_sub(checked.said.len() as u64);
     if more > 0 {
-        say!("{source_name}: {more} more messages");
+        say!("{source_name}: {}", count(more, "more message"));
     }
 }
 
@@ -73,14 +74,8 @@ pub fn totals(source_name: &str, checked: &Checked, global: &Global) {
 /// `3 errors, 1 warning`; nothing of neither.
 pub fn counts(errors: u64, warnings: u64) -> String {
     let counts = [(errors, "error"), (warnings, "warning")].into_iter();
-    let counts = counts.filter(|(count, _)| *count > 0);
-    counts.map(|(count, of)| counted(count, of)).collect::<Vec<_>>().join(", ")
-}
-
-/// `1 error`, `2 errors`.
-pub fn counted(count: u64, of: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {of}{plural}")
+    let counts = counts.filter(|(number, _)| *number > 0);
+    counts.map(|(number, one)| count(number, one)).collect::<Vec<_>>().join(", ")
 }
 
 fn use_color(global: &Global) -> bool {

@@ -82,7 +82,7 @@ impl Table {
     /// With the keys as head.
     pub fn csv(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
-        writer.write_record(self.columns.iter().map(|column| column.0))?;
+        writer.write_record(self.columns.iter().map(|column| column.0)).map_err(of_file)?;
         for row in &self.rows {
             let cells = row.iter().map(|cell| match cell {
                 Cell::Number(number, _) => six_digits(*number).to_string(),
@@ -90,7 +90,7 @@ impl Table {
                 Cell::Empty => String::new(),
                 Cell::Text(_) | Cell::Whole(_) => cell.shown(),
             });
-            writer.write_record(cells)?;
+            writer.write_record(cells).map_err(of_file)?;
         }
         writer.flush()
     }
@@ -106,5 +106,12 @@ impl Table {
             )
         };
         self.rows.iter().map(object).collect()
+    }
+}
+/// The error of the file below, which says whether its reader has gone.
+fn of_file(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
     }
 }

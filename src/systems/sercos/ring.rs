@@ -45,7 +45,7 @@ pub struct Strike {
     pub cycle: u64,
     /// In which telegram.
     pub place: Place,
-    /// Which bit, from the first of the opening flag; beyond the end: counted round.
+    /// Which bit, from the first of the opening flag; a telegram that ends before it is left alone.
     pub bit: usize,
 }
 
@@ -70,6 +70,8 @@ pub struct Ring {
     drives: Vec<Drive>,
     traffic: Traffic,
     strikes: Vec<Strike>,
+    /// Those that flipped a bit.
+    struck: Vec<Strike>,
     /// What the control has heard of each drive in the last cycle: status and position.
     heard: Vec<Option<(u16, i32)>>,
 }
@@ -80,7 +82,8 @@ impl Ring {
         let drives = (1..=254).zip(positions).map(|(address, at)| Drive::new(address, *at));
         let drives: Vec<Drive> = drives.collect();
         let heard = vec![None; drives.len()];
-        Ring { drives, traffic: Traffic::default(), strikes: strikes.to_vec(), heard }
+        let (strikes, struck) = (strikes.to_vec(), Vec::new());
+        Ring { drives, traffic: Traffic::default(), strikes, struck, heard }
     }
 
     /// One cycle, in which drives are told where to be at the end of the next one.
@@ -120,8 +123,10 @@ impl Ring {
         let cycle = self.traffic.cycles;
         let strikes = self.strikes.iter();
         for strike in strikes.filter(|strike| strike.cycle == cycle && strike.place == place) {
-            let at = strike.bit % bits.len();
-            bits[at] = !bits[at];
+            if let Some(bit) = bits.get_mut(strike.bit) {
+                *bit = !*bit;
+                self.struck.push(*strike);
+            }
         }
         let mut receiver = Receiver::default();
         let arrived = bits.iter().filter_map(|bit| receiver.bit(*bit)).flatten().next();
@@ -148,6 +153,11 @@ impl Ring {
             heard.is_some_and(|(status, _)| status & STATUS_FAULT != 0)
         };
         faults.filter(|(heard, _)| is_fault(heard)).map(|(_, address)| address).next()
+    }
+
+    /// Faults that have struck, in their order.
+    pub fn struck(&self) -> &[Strike] {
+        &self.struck
     }
 
     /// What has gone over the line.
@@ -181,6 +191,13 @@ impl fmt::Display for Place {
             Place::Drive(address) => f.pad(&format!("drive{address}")),
             Place::Control => f.pad("control"),
         }
+    }
+}
+
+/// As it is read.
+impl fmt::Display for Strike {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}@{}.{}", self.place, self.cycle, self.bit)
     }
 }
 

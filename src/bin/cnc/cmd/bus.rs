@@ -116,6 +116,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if let Some(file) = &args.program {
         return keeps::run(file, args, global);
     }
+    MotionArgs::refuse(global, "no program is named")?;
     let machine = input::machine(global)?;
     if let Some(which) = args.curves {
         let curves = curves::draw(which, args, &machine)?;

@@ -2,19 +2,13 @@
 
 use std::io::{self, Write};
 
-use clap::CommandFactory;
 use clap_complete::Shell;
 
-use crate::args::Args as CommandLine;
+use crate::args;
 use crate::exit::{Exit, Outcome, unless_unread};
 
 /// Print completions for a shell
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Examples:
-  cnc completions bash > ~/.local/share/bash-completion/completions/cnc
-  cnc completions zsh > ~/.zfunc/_cnc
-  cnc completions fish > ~/.config/fish/completions/cnc.fish")]
 pub struct Args {
     /// The shell
     #[arg(value_enum)]
@@ -23,7 +17,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut CommandLine::command(), "cnc", &mut script);
+    clap_complete::generate(args.shell, &mut args::command(), "cnc", &mut script);
     unless_unread(io::stdout().lock().write_all(&script))?;
     Ok(Exit::Ok)
 }

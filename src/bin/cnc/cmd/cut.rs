@@ -6,6 +6,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
+use cnc::base::likeness::nearest;
 use cnc::base::machine::Spindle;
 use cnc::base::{Axis, EventKind};
 use cnc::path::{PathItem, Segment};
@@ -91,9 +92,11 @@ fn named<T: Entry>(name: &str, built_in: &str, what: &str) -> Result<(String, T)
         _ => (name, None),
     };
     if section.is_none() && !Path::new(file).exists() {
+        let near = nearest(name, known.iter().map(|known| known.as_ref()));
+        let meant = near.map(|near| format!(" (did you mean '{near}'?)")).unwrap_or_default();
         let known = known.join(", ");
         return Err(anyhow!(
-            "there is no {what} '{name}': built in are {known}, else it is a file"
+            "there is no {what} '{name}'{meant}: built in are {known}, else it is a file"
         )
         .into());
     }

@@ -13,6 +13,7 @@ use cnc::verify::{Comparison, Setup, compare};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input;
+use crate::meter::Pass;
 use crate::program::{MotionArgs, Program};
 
 /// Compare two dumps, or a program and a dump, in machine terms
@@ -112,6 +113,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             Err(exit) => return Ok(exit),
         }
     }
+    let has_program = jobs.iter().any(|job| matches!(job, Job::Program(_)));
+    if !has_program {
+        MotionArgs::refuse_for_dump(global)?;
+    }
     let machine = input::machine(&Global { quiet: true, ..global.clone() })?;
     let mut setups = Vec::new();
     for job in &jobs {
@@ -125,6 +130,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             with_buffers: false,
         });
     }
+    let has_dump = jobs.iter().any(|job| matches!(job, Job::Dump(_)));
+    let _pass = if has_dump { Pass::of_text("comparing") } else { Pass::begin("comparing") };
     let summary = RefCell::new(Summary::default());
     let open = |i: usize| jobs[i].commands(&summary);
     let found = compare([&setups[0], &setups[1]], || open(0), || open(1)).or_bad_input()?;

@@ -3,6 +3,7 @@
 use std::io::{self, BufWriter, Write};
 
 use anyhow::anyhow;
+use cnc::base::likeness::nearest;
 use cnc::base::{Machine, Severity, Source};
 use cnc::gcode::codes::{self, Code, Group};
 use cnc::gcode::foreign::{self, Foreign};
@@ -29,8 +30,6 @@ const LINES_MAX: usize = 16;
 const COLUMNS_MAX: usize = 72;
 /// Codes of one group that are all named.
 const NAMES_MAX: usize = 9;
-/// Names that are like the one asked for, at least by so much (Jaro and Winkler).
-const LIKENESS_LEAST: f64 = 0.8;
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let mut out = BufWriter::new(io::stdout().lock());
@@ -68,11 +67,9 @@ fn as_code(text: &str) -> Option<(u8, f64)> {
 
 fn unknown(name: &str, wanted: &str) -> anyhow::Error {
     let names = rules::all().map(|rule| rule.name.to_owned());
-    let names = names.chain(codes::CODES.iter().map(Code::name));
-    let likeness = |name: &str| strsim::jaro_winkler(&name.to_ascii_lowercase(), wanted);
-    let near = names.map(|name| (likeness(&name), name)).max_by(|a, b| a.0.total_cmp(&b.0));
-    match near.filter(|(likeness, _)| *likeness > LIKENESS_LEAST) {
-        Some((_, near)) => anyhow!("no rule and no code is '{name}'; did you mean '{near}'?"),
+    let names: Vec<String> = names.chain(codes::CODES.iter().map(Code::name)).collect();
+    match nearest(wanted, names.iter().map(String::as_str)) {
+        Some(near) => anyhow!("no rule and no code is '{name}'; did you mean '{near}'?"),
         None => anyhow!("no rule and no code is '{name}': cnc explain lists them"),
     }
 }

@@ -37,6 +37,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let port = send.port.port(global)?;
     check_speed(&send, &port, &machine)?;
     let axes: Vec<Axis> = args.axes.iter().flat_map(|list| list.0.iter().copied()).collect();
+    direct::check_axes(&axes, &machine).or_bad_input()?;
     let counted = match &args.start {
         // Time is all that the audit has, and here is none.
         _ if args.direct.speed == Some(Speed::Max) => AxisMap::default(),

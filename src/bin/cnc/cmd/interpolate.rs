@@ -22,8 +22,9 @@ use serde_json::{Map, Value, json};
 
 use crate::args::Global;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::output;
+use crate::plural::count;
 use crate::program::{Encoder, MotionArgs, Program};
+use crate::{meter, output};
 
 /// Plan a program and interpolate it to steps per axis per tick
 #[derive(Debug, clap::Args)]
@@ -98,15 +99,13 @@ enum Encoding {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    args.check(global)?;
     let program = match Program::open(&args.file, &args.motion, global)? {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
     if args.method != Method::C {
         return by_nodes(args, &program, global);
-    }
-    if args.svg.is_some() || args.word.is_any() {
-        return Err(anyhow!("--svg and a node's word need --method b").into());
     }
     if args.encoder == Encoder::Thesis && args.report.is_any() {
         return Err(anyhow!("--encoder thesis plans nothing that could be told of").into());
@@ -130,8 +129,14 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     match (&args.output, args.csv) {
         (Some(path), _) if path != Path::new("-") => {
             output::whole_file(path, |out| dump(out, &program, args, &summary))?;
+            if global.json {
+                writeln!(io::stdout().lock(), "{}", to_json(&summary.into_inner(), &program))?;
+            }
         }
-        (_, true) => dump(io::stdout().lock(), &program, args, &summary)?,
+        (_, true) => {
+            meter::leave_terminal_to_results();
+            dump(io::stdout().lock(), &program, args, &summary)?;
+        }
         (_, false) => {
             each_command(&program, args, &summary, |_| Ok(()))?;
             let summary = summary.into_inner();
@@ -146,23 +151,41 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     Ok(Exit::Ok)
 }
 
+impl Args {
+    /// Refuses options that would have no effect, and two outputs of one name.
+    fn check(&self, global: &Global) -> anyhow::Result<()> {
+        let of_word = ["word-bits", "fraction-bits", "rounding", "constants"];
+        match self.method {
+            Method::C => {
+                global.refuse(&["svg"], "it draws what --method b or --method pulse comes to")?;
+            }
+            Method::B | Method::Pulse => {
+                let why = "only --method c makes ticks";
+                global.refuse(&["explain-feed", "seams", "times", "encoder", "encoding"], why)?;
+            }
+        }
+        if self.method != Method::B {
+            global.refuse(&of_word, "only with --method b nodes calculate: give that, too")?;
+        }
+        if self.method == Method::Pulse {
+            global.refuse(&["csv"], "--method pulse makes a report; --method b and c make CSV")?;
+        }
+        let file = self.output.as_deref().filter(|path| *path != Path::new("-"));
+        if self.csv && file.is_none() {
+            let why = "standard output takes the CSV; with -o FILE it takes the JSON";
+            global.refuse(&["json"], why)?;
+        }
+        output::check_distinct(&[file, self.svg.as_deref()])
+    }
+}
+
 /// `--method b` and `--method pulse`.
 fn by_nodes(args: &Args, program: &Program, global: &Global) -> Outcome {
-    if args.report.is_any() || args.encoder == Encoder::Thesis {
-        let reason = "these methods make no ticks that could be reported or encoded";
-        return Err(anyhow!(reason).into());
-    }
-    if matches!(args.encoding, Encoding::Bytes) {
-        return Err(anyhow!("--encoding bytes belongs to the command dump, of method c").into());
-    }
     if args.method == Method::B && program.feed() == Feed::ExactStop {
         let reason = "method b has no ramps: --feed exact-stop means nothing to it";
         return Err(anyhow!(reason).into());
     }
     if args.method == Method::Pulse {
-        if args.csv || args.word.is_any() {
-            return Err(anyhow!("--csv and a node's word need --method b").into());
-        }
         return pulses::report(program, global.json, args.svg.as_ref());
     }
     let wanted = difference::Wanted {
@@ -183,6 +206,7 @@ impl ReportArgs {
 
 /// `--times`: a row or an object a block as it comes, then the tools.
 fn report_times(args: &Args, program: &Program, as_json: bool) -> Result<(), Failure> {
+    meter::leave_terminal_to_results();
     let mut out = BufWriter::new(io::stdout().lock());
     let summary = RefCell::new(Summary::with_times(&program.machine));
     if !as_json {
@@ -299,23 +323,25 @@ fn print(out: &mut impl Write, summary: &Summary, program: &Program) -> io::Resu
     let checked = &program.checked.summary;
     writeln!(
         out,
-        "program   {}: {} lines, {} blocks, {} moves",
+        "program   {}: {}, {}, {}",
         program.source.name(),
-        checked.lines,
-        checked.blocks,
-        checked.moves
+        count(checked.lines, "line"),
+        count(checked.blocks, "block"),
+        count(checked.moves, "move")
     )?;
     writeln!(out, "machine   {machine}")?;
     writeln!(
         out,
-        "motion    {} ticks of {} µs: {:.2} s; with pauses and refills {:.2} s",
-        summary.ticks,
+        "motion    {} of {} µs: {:.2} s; with pauses and refills {:.2} s",
+        count(summary.ticks, "tick"),
         machine.bus.tick_us,
         summary.motion_s(machine),
         summary.total_s(machine)
     )?;
     if summary.events > 0 {
-        writeln!(out, "events    {}: they take what they take", summary.events)?;
+        let they =
+            if summary.events == 1 { "it takes what it takes" } else { "they take what they take" };
+        writeln!(out, "events    {}: {they}", summary.events)?;
     }
     writeln!(out, "way       cut {:.3} mm, rapid {:.3} mm", summary.cut_mm, summary.rapid_mm)?;
     for axis in axes(program) {

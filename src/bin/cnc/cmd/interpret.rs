@@ -18,6 +18,8 @@ use crate::language::LanguageArgs;
 use crate::many::files::{Entry, Found};
 use crate::many::judged::Judged;
 use crate::many::{Judge, ManyArgs};
+use crate::meter::{self, Pass};
+use crate::plural::count;
 use crate::{fixed, input, many, report};
 
 /// Check an NC program and print what it means
@@ -98,11 +100,13 @@ fn one(file: &Path, machine: &Machine, tools: &Tools, args: &Args, global: &Glob
     let options = args.options(file, machine, tools);
     let is_wanted = global.json || !global.quiet;
     let is_listed = is_wanted && !args.fp;
+    let pass = Pass::of_text("checking");
     let (checked, record) = if is_listed {
         interp::check_and_record(&source, machine, &options, global.max_errors)?
     } else {
         (interp::check(&source, machine, &options, global.max_errors)?, None)
     };
+    drop(pass);
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
     let mut errors = checked.diagnostics.iter().filter(as_json);
@@ -126,6 +130,8 @@ fn one(file: &Path, machine: &Machine, tools: &Tools, args: &Args, global: &Glob
         .into_iter()
         .filter(|axis| Axis::LINEAR.contains(axis) || checked.summary.axes_used.contains(*axis))
         .collect();
+    meter::leave_terminal_to_results();
+    let _pass = Pass::of_text("listing");
     if !global.json {
         write_summary(&mut out, &source, machine, &checked)?;
     }
@@ -219,8 +225,11 @@ fn write_summary(
     writeln!(out, "machine  {machine}; positions in mm in machine coordinates")?;
     writeln!(
         out,
-        "size     {} lines, {} blocks, {} moves, {} events",
-        summary.lines, summary.blocks, summary.moves, summary.events
+        "size     {}, {}, {}, {}",
+        count(summary.lines, "line"),
+        count(summary.blocks, "block"),
+        count(summary.moves, "move"),
+        count(summary.events, "event")
     )?;
     writeln!(out)?;
     writeln!(

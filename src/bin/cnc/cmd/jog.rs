@@ -56,6 +56,7 @@ fn feed(text: &str) -> Result<f64, String> {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let machine = input::machine(global)?;
+    direct::check_axes(&[args.axis], &machine).or_bad_input()?;
     let port = args.direct.port.port(global)?;
     let told = Told::of(&port, &args.direct.journal, &machine)?;
     let from = args.from.or(told.position_mm(args.axis, &machine));

@@ -1,5 +1,7 @@
 //! `cnc machine`: lists, shows and checks machine profiles.
 
+mod origins;
+
 use std::io::{self, Write};
 
 use anyhow::Context;
@@ -47,13 +49,19 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     match &args.action {
         Action::List => list(&mut out, global),
         Action::Show { name, toml } => {
-            let machine = input::profile(name.as_ref().unwrap_or(&global.machine), global)?;
+            let chosen = name.as_ref().unwrap_or(&global.machine);
+            let machine = input::profile(chosen, global)?;
             if *toml {
                 out.write_all(machine.to_toml().as_bytes())?;
             } else if global.json {
-                writeln!(out, "{}", machine_json(&machine)?)?;
+                let mut document = machine_json(&machine)?;
+                document["chosen_by"] = json!(origins::chooser(name.is_some(), global));
+                document["origins"] = origins::as_json(&origins::of(&machine, chosen)?);
+                writeln!(out, "{document}")?;
             } else {
                 show(&mut out, &machine)?;
+                writeln!(out, "chosen by       {}", origins::chooser(name.is_some(), global))?;
+                origins::print(&mut out, &origins::of(&machine, chosen)?)?;
             }
             out.flush()?;
             Ok(Exit::Ok)

@@ -4,28 +4,24 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::Context;
-use clap::CommandFactory;
 use clap_mangen::Man;
 
-use crate::args::Args as CommandLine;
+use crate::args;
 use crate::exit::{Exit, Outcome, unless_unread};
 
 /// Print the manual page, or write a page for each command
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Examples:
-  cnc man | man -l -                         read it
-  cnc man -o ~/.local/share/man/man1         install it: cnc.1, cnc-send.1, …")]
 pub struct Args {
-    /// Folder for a page of each command
+    /// Folder for a page of each command, which is made if it is not there
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let command = CommandLine::command();
+    let command = args::command_for_man();
     if let Some(folder) = &args.output {
         let context = || format!("manual pages cannot be written to {}", folder.display());
+        std::fs::create_dir_all(folder).with_context(context)?;
         clap_mangen::generate_to(command, folder).with_context(context)?;
         return Ok(Exit::Ok);
     }

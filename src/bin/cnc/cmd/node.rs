@@ -20,6 +20,7 @@ use crate::args::Global;
 use crate::exit::{Exit, Outcome};
 use crate::interrupt::Interrupts;
 use crate::output::WholeFile;
+use crate::plural::count;
 use crate::protocol::{NO_MAX, ProtocolArgs};
 
 /// How far this system may be late in reading bytes before the nodes' log calls it a hazard.
@@ -243,7 +244,9 @@ fn summary(
         writeln!(std::io::stdout(), "{result}")?;
     }
     if !global.quiet {
-        say!("{} ticks executed in {buffers} buffers, {hazards} hazards", executed.len());
+        let ticks = count(executed.len() as u64, "tick");
+        let (buffers, hazards) = (count(buffers.into(), "buffer"), count(hazards, "hazard"));
+        say!("{ticks} executed in {buffers}, {hazards}");
         for (unit, node) in nodes.iter() {
             let full = if node.is_full() { ", holds a buffer" } else { "" };
             say!("{unit} at step {}{full}", node.position_steps());

@@ -18,6 +18,7 @@ use cnc::tape::Reader;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input;
+use crate::meter::Pass;
 use crate::output;
 use crate::program::{MotionArgs, Program};
 
@@ -90,7 +91,13 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         return Err(anyhow!(reason).into());
     }
     let source = input::source(&args.file)?;
+    let is_png = args.output.as_deref().is_some_and(|file| ending(file).as_deref() == Some("png"));
+    if !is_png {
+        global.refuse(&["width"], "only a drawing in dots (.png) has one")?;
+    }
     if args.timing {
+        let why = "a record of signals is drawn as it is";
+        global.refuse(&["machine"], why).and_then(|()| MotionArgs::refuse(global, why))?;
         let drawing = timing::of_record(&source).or_bad_input()?;
         write(args, &drawing.to_string())?;
         return Ok(Exit::Ok);
@@ -112,7 +119,7 @@ fn write(args: &Args, svg: &str) -> Result<(), Failure> {
         let mut out = io::stdout().lock();
         return Ok(unless_unread(out.write_all(svg.as_bytes()).and_then(|()| out.flush()))?);
     };
-    let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    let ending = ending(file);
     if ending.as_deref().is_some_and(|ending| !["svg", "png"].contains(&ending)) {
         let name = file.display();
         return Err(anyhow!("{name}: drawings are written as .svg or .png").into());
@@ -120,6 +127,11 @@ fn write(args: &Args, svg: &str) -> Result<(), Failure> {
     let is_png = ending.as_deref() == Some("png");
     let bytes = if is_png { png::of_svg(svg, args.width)? } else { svg.as_bytes().to_vec() };
     output::whole_file(file, |out| Ok(out.write_all(&bytes)?))
+}
+
+/// How a file's name ends, in small letters.
+fn ending(file: &Path) -> Option<String> {
+    file.extension().map(|ending| ending.to_string_lossy().to_lowercase())
 }
 
 /// A program that is wrong by nothing but its travel is drawn all the same.
@@ -201,6 +213,7 @@ pub fn sheet_of(
 
 /// Of a dump nobody knows which ticks are rapids: all are drawn by their speed.
 fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failure> {
+    MotionArgs::refuse_for_dump(global)?;
     let machine = input::machine(global)?;
     let name = source.name().to_owned();
     let reader = Reader::open(source).with_context(|| name.clone()).or_bad_input()?;
@@ -211,6 +224,7 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
             anyhow!("{name}: the dump was made for machine '{of}', not for '{}'", machine.id);
         return Err(reason).or_bad_input();
     }
+    let pass = Pass::of_text("reading");
     let mut traces = Traces::new(&machine, header.tick_us, header.start_steps);
     let mut strokes = Strokes::new(travel_mm(&machine));
     for command in reader {
@@ -218,6 +232,7 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
             strokes.add(&traces.tick(&tick));
         }
     }
+    drop(pass);
     let svg = match args.curve {
         Some(curve) => curves::of_dump(curve, &traces, &header.program.name)?,
         None => Sheet {

@@ -1,11 +1,10 @@
 //! `cnc replay`: the bytes of a trace against virtual nodes.
 
 use std::cell::RefCell;
-use std::fs::File;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use cnc::base::machine::Unit;
 use cnc::base::{AxisMap, Machine};
 use cnc::step::Summary;
@@ -17,6 +16,8 @@ use super::send::{self, resume};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
 use crate::input::{self, Start};
+use crate::meter::Pass;
+use crate::plural::count;
 use crate::program::{FeedMode, MotionArgs, Program};
 use crate::protocol::ProtocolArgs;
 
@@ -49,10 +50,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let input: Box<dyn io::Read> = match args.trace.as_path() {
-        path if path == Path::new("-") => Box::new(io::stdin().lock()),
-        path => Box::new(File::open(path).with_context(|| path.display().to_string())?),
-    };
+    let input = input::source(&args.trace)?.reader(0);
     let mut trace = TraceReader::open(input).or_bad_input()?;
     let machine = args.protocol.machine(global)?;
     let header = trace.header();
@@ -78,9 +76,11 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let nodes = Nodes::new(&machine, machine.bus.units(), &header.start(), ANSWER_PAUSE_US);
     let replay = Replay::new(nodes, header.speed == "max");
     let mut told = Told { replay, sent: 0, unsent: 0, lost: 0, end: None, us: 0 };
+    let pass = Pass::of_text("replaying");
     for line in &mut trace {
         told.line(line.or_bad_input()?);
     }
+    drop(pass);
     told.replay.end(told.end.is_some());
     let reached = reached(told.replay.nodes(), job.as_ref());
     let report =
@@ -128,12 +128,16 @@ fn whole(
     }
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
+            MotionArgs::refuse_for_dump(global)?;
             return Ok(Ok(Some(send::dump(&source, machine, args.single_block)?.0)));
         }
         (Some(file), Some(source)) => {
             Program::check(file, source, machine.clone(), &motion, global)?
         }
-        _ if args.execute.is_empty() => return Ok(Ok(None)),
+        _ if args.execute.is_empty() => {
+            MotionArgs::refuse(global, "no program is named")?;
+            return Ok(Ok(None));
+        }
         _ => Program::check_typed(&args.execute, machine.clone(), &motion, global)?,
     };
     let program = match program {
@@ -195,7 +199,8 @@ impl Report<'_> {
         let mut out = io::stdout().lock();
         let Told { replay, sent, unsent, lost, end, us } = self.told;
         let (same, seconds) = (replay.same(), *us as f64 * 1e-6);
-        writeln!(out, "{sent} bytes sent in {seconds:.6} s, {same} answers the same")?;
+        let (bytes, same) = (count(*sent, "byte"), count(same, "answer"));
+        writeln!(out, "{bytes} sent in {seconds:.6} s, {same} the same")?;
         if *lost > 0 {
             writeln!(
                 out,

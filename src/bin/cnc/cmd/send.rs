@@ -35,13 +35,14 @@ use self::sim::Simulation;
 use self::tracing::Tracing;
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
-use crate::input;
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
+use crate::meter::Pass;
 use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::progress::Bar;
 use crate::protocol::{NO_MAX, ProtocolArgs};
+use crate::{input, output};
 
 /// Streams a program or a command dump to the nodes
 ///
@@ -99,6 +100,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     check_speed(args, &port, &machine)?;
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
+            MotionArgs::refuse_for_dump(global)?;
             let (job, origin) = dump(&source, &machine, args.single_block)?;
             let work = Work { record: book::record(&origin), program: None };
             return run_job(args, global, &port, &machine, job, work);
@@ -125,6 +127,18 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let command = if args.file.is_some() { "send" } else { "typed" };
     let record = JobRecord { command: command.to_owned(), ..book::record(&origin) };
     run_job(args, global, &port, machine, job, Work { record, program: Some(&program) })
+}
+
+impl Args {
+    /// Refuses what a PLC cannot do; two outputs of one name, and traces and signals over a journal.
+    fn check(&self, job: &Job, machine: &Machine, port: &Port) -> Result<(), Failure> {
+        self.plc.check(job, machine, port.is_real())?;
+        for journal in [&self.resume, &self.journal.journal] {
+            let outputs = [&self.trace, &self.plc.signals, &self.plc.svg, journal];
+            output::check_distinct(&outputs.map(Option::as_deref))?;
+        }
+        Ok(())
+    }
 }
 
 /// How the job is planned: from where the user says, or else from where the one began that it goes on with,
@@ -192,7 +206,7 @@ pub fn run_job(
     let faults = simulation.map(|simulation| simulation.faults_of(machine)).transpose()?;
     let is_direct = direct::of_job(&job).next().is_some();
     let report = Report { machine, global, is_direct };
-    args.plc.check(&job, machine, port.is_real())?;
+    args.check(&job, machine, port)?;
     let calls = wire_io::calls(&job, machine).or_bad_input()?;
     let runs_hooks = args.hooks || faults.is_none();
     report.job(&job, &calls, args.dry_run);
@@ -368,7 +382,10 @@ pub fn dump(
         return stranger("with --encoder thesis, which is for comparison only");
     }
     let start_steps = header.start_steps;
+    let pass = Pass::of_text("checking");
     reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
+    drop(pass);
+    let _pass = Pass::of_text("reading");
     let job = gather_blocks(open()?, start_steps, machine, single_block);
     let job = job.or_bad_input()?.or_bad_input()?;
     Ok((job, header))

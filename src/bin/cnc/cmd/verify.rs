@@ -18,6 +18,8 @@ use crate::input::{self, Start};
 use crate::language::{DialectArg, LanguageArgs};
 use crate::many::judged::Judged;
 use crate::many::{ManyArgs, say_notes};
+use crate::meter::Pass;
+use crate::plural::count;
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::report;
 
@@ -227,6 +229,7 @@ fn held(
         with_events,
         with_buffers,
     };
+    let _pass = Pass::of_text("verifying");
     let commands = || open(args, &dump, &program.machine);
     let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
         .with_context(|| name.clone())
@@ -398,7 +401,7 @@ fn print(out: &mut impl Write, report: &Report, global: &Global) -> io::Result<(
         writeln!(out, "{}", line.trim_end())?;
     }
     writeln!(out)?;
-    writeln!(out, "{} ticks, {} s", report.ticks, number(report.seconds))?;
+    writeln!(out, "{}, {} s", count(report.ticks, "tick"), number(report.seconds))?;
     if let Some(rms) = report.rms_contour_error_mm {
         writeln!(out, "contour error: root mean square {} mm", number(rms))?;
     }

@@ -9,7 +9,7 @@ use cnc::base::Severity;
 use super::judged::{Finding, Judged, severity_name};
 use super::sum::Sum;
 use super::{Form, Judge, plain};
-use crate::report::counted;
+use crate::plural::count;
 
 /// One suite. Its head has the counts, so the cases are kept until all are there.
 pub struct Suite {
@@ -42,10 +42,10 @@ impl Suite {
             let rule = escaped(first.map_or("errors", |first| &first.rule));
             let more = judged.faults().saturating_sub(u64::from(first.is_some()));
             let head = match first.map(|first| line(judged, first)) {
-                None => counted(more, "error"),
+                None => count(more, "error"),
                 Some(first) if more == 0 => first.trim_end().to_owned(),
                 Some(first) => {
-                    format!("{} (and {})", first.trim_end(), counted(more, "more error"))
+                    format!("{} (and {})", first.trim_end(), count(more, "more error"))
                 }
             };
             let head = escaped(&head);

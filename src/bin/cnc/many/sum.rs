@@ -5,7 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 use super::judged::Judged;
-use crate::report::{counted, counts};
+use crate::plural::count;
+use crate::report::counts;
 
 /// A sum over programs.
 #[derive(Serialize)]
@@ -82,7 +83,7 @@ impl Sum {
 impl fmt::Display for Sum {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (passed, failed, unread) = (self.passed, self.failed, self.unread);
-        write!(f, "{}: {passed} passed", counted(self.programs, "program"))?;
+        write!(f, "{}: {passed} passed", count(self.programs, "program"))?;
         for (count, what) in [(failed, "failed"), (unread, "not judged")] {
             if count > 0 {
                 write!(f, ", {count} {what}")?;

@@ -6,7 +6,8 @@ use super::judged::Judged;
 use super::sum::Sum;
 use super::{Form, Judge};
 use crate::args::Global;
-use crate::report::{self, counted, counts};
+use crate::plural::count;
+use crate::report::{self, counts};
 
 /// Names up to this long are aligned.
 const NAME_MOST: usize = 48;
@@ -29,15 +30,15 @@ impl<'a> Lines<'a> {
         if let Some(report) = &judged.report {
             let [error, tolerance] = [report.max_contour_error_mm, report.tolerance_mm];
             parts.push(format!("contour {error:.4} of {tolerance:.4} mm"));
-            parts.push(format!("{}, {:.2} s", counted(report.ticks, "tick"), report.seconds));
+            parts.push(format!("{}, {:.2} s", count(report.ticks, "tick"), report.seconds));
         } else if let (Judge::Interpret, 0, Some(checked)) =
             (self.judge, judged.errors(), &judged.checked)
         {
             let summary = &checked.summary;
             parts.push(format!(
                 "{}, {}",
-                counted(summary.lines, "line"),
-                counted(summary.moves, "move")
+                count(summary.lines, "line"),
+                count(summary.moves, "move")
             ));
         }
         let found = counts(judged.errors(), judged.warnings());

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use super::Args;
 use crate::args::Global;
 use crate::exit::{Exit, Failure, Outcome};
+use crate::plural::count;
 use crate::program::Program;
 use crate::table::{Cell, Column, Table};
 
@@ -156,7 +157,7 @@ fn summary(judges: &[Judge]) -> Table {
 }
 
 fn print(out: &mut impl Write, program: &Program, read: &Read, table: &Table) -> io::Result<()> {
-    writeln!(out, "program   {}: {} blocks", program.source.name(), read.blocks)?;
+    writeln!(out, "program   {}: {}", program.source.name(), count(read.blocks, "block"))?;
     writeln!(out, "machine   {}", program.machine)?;
     if let Some(block) = &read.shortest {
         let (line, ms, length_mm) = (block.line, block.time_s * 1e3, block.length_mm);

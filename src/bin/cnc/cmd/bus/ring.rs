@@ -1,6 +1,6 @@
 //! `--ring`: a virtual ring of SERCOS drives executes the program.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -19,14 +19,17 @@ use super::{Args, meaningless};
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::input;
+use crate::plural::count;
 use crate::program::Program;
 
 /// The shortest cycle that is a whole number of microseconds, as ticks are.
 const CYCLE_LEAST_S: f64 = 125e-6;
 
 /// What has come of the job on the ring.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Ran {
+    /// Bits that were flipped.
+    struck: Vec<Strike>,
     traffic: Traffic,
     fault: Option<Fault>,
     /// Ticks executed as planned, and others.
@@ -39,7 +42,7 @@ struct Ran {
 /// Commands that drives execute; what came of it is left behind when they are over.
 struct Executed<'a, I> {
     carried: Carried<I>,
-    ran: &'a Cell<Ran>,
+    ran: &'a RefCell<Ran>,
 }
 
 impl<E, I: Iterator<Item = Result<Command, E>>> Iterator for Executed<'_, I> {
@@ -49,7 +52,8 @@ impl<E, I: Iterator<Item = Result<Command, E>>> Iterator for Executed<'_, I> {
         let next = self.carried.next();
         if next.is_none() {
             let ring = self.carried.ring();
-            self.ran.set(Ran {
+            self.ran.replace(Ran {
+                struck: ring.struck().to_vec(),
                 traffic: ring.traffic(),
                 fault: self.carried.fault(),
                 ticks: self.carried.as_planned(),
@@ -82,13 +86,20 @@ pub fn run(file: &Path, args: &Args, global: &Global) -> Outcome {
         Ok(program) => program,
         Err(exit) => return Ok(exit),
     };
-    let ran = Cell::new(Ran::default());
+    check_range(&program, &setup).or_bad_input()?;
+    let ran = RefCell::new(Ran::default());
     let report = executed(&program, args, &setup, &ran)?;
     let ran = ran.into_inner();
     if let Some(fault) = &ran.fault {
         say!("error: {fault}");
     } else {
         report.failures.iter().for_each(|failure| say!("error: {failure}"));
+    }
+    for strike in args.fault.iter().filter(|strike| !ran.struck.contains(strike)) {
+        let cycles = count(ran.traffic.cycles, "cycle");
+        say!(
+            "warning: {strike} has not struck: the job took {cycles}, and telegrams differ in length"
+        );
     }
     let mut out = io::stdout().lock();
     if global.json {
@@ -140,6 +151,12 @@ impl Setup {
             )
             .into());
         }
+        if let Some(strike) =
+            args.fault.iter().find(|strike| bits_most(&slots, strike.place, baud) <= strike.bit)
+        {
+            let bits = bits_most(&slots, strike.place, baud);
+            return Err(anyhow!("{strike}: that telegram has at most {bits} bits")).or_bad_input();
+        }
         Ok(Setup { axes, setting, cycle_us: cycle_us as u32, slots })
     }
 
@@ -151,12 +168,37 @@ impl Setup {
     }
 }
 
+/// Most bits of a telegram: those of its slot.
+fn bits_most(slots: &[Slot], place: Place, baud: u32) -> usize {
+    let slot = slots.iter().find(|slot| slot.place == place);
+    slot.map_or(0, |slot| ((slot.to_s - slot.from_s) * f64::from(baud)).round() as usize)
+}
+
+/// Refuses what telegrams cannot tell: positions beyond 32 bits of 0.1 µm.
+fn check_range(program: &Program, setup: &Setup) -> anyhow::Result<()> {
+    let machine = &program.machine;
+    for axis in &setup.axes {
+        let [low, high] = program.checked.summary.extents_mm[*axis].unwrap_or_default();
+        for reached_mm in [low, high, program.start_mm()[*axis]] {
+            let mut place = program.start_mm();
+            place[*axis] = reached_mm;
+            if i32::try_from(machine.nearest_steps(&place)[*axis]).is_err() {
+                return Err(anyhow!(
+                    "{}: {axis} goes to {reached_mm} mm, beyond 32 bits of 0.1 µm: no telegram can tell that",
+                    program.source.name()
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Runs the job, and holds what the drives execute against the program's path.
 fn executed(
     program: &Program,
     args: &Args,
     setup: &Setup,
-    ran: &Cell<Ran>,
+    ran: &RefCell<Ran>,
 ) -> anyhow::Result<verify::Report> {
     let machine = &program.machine;
     let start_steps = machine.nearest_steps(&program.start_mm());
@@ -187,7 +229,8 @@ fn print(
     let Setting { nodes, baud, .. } = setup.setting;
     let Traffic { cycles, bits, stuffed, bits_max, dropped } = ran.traffic;
     writeln!(out, "machine   {}", program.machine)?;
-    writeln!(out, "ring      {nodes} drives, {baud} bit/s, a cycle of {} µs", setup.cycle_us)?;
+    let drives = count(nodes.into(), "drive");
+    writeln!(out, "ring      {drives}, {baud} bit/s, a cycle of {} µs", setup.cycle_us)?;
     for (at, slot) in setup.slots.iter().enumerate() {
         let (from_us, to_us) = (slot.from_s * 1e6, slot.to_s * 1e6);
         let head = if at == 0 { "slots" } else { "" };

@@ -63,11 +63,6 @@ enum RoundingArg {
 }
 
 impl WordArgs {
-    pub fn is_any(&self) -> bool {
-        let bits = self.word_bits.is_some() || self.fraction_bits.is_some();
-        bits || self.rounding.is_some() || self.constants.is_some()
-    }
-
     fn constants(&self) -> Constants {
         match self.constants {
             None | Some(ConstantsArg::Exact) => Constants::Exact,
@@ -109,6 +104,9 @@ pub fn report(program: &Program, wanted: &Wanted<'_>) -> Outcome {
     match (wanted.csv, wanted.output) {
         (true, Some(path)) if path != Path::new("-") => {
             output::whole_file(path, |out| study.ticks(out))?;
+            if wanted.json {
+                study.document(&mut io::stdout().lock())?;
+            }
         }
         (true, _) => study.ticks(&mut BufWriter::new(io::stdout().lock()))?,
         (false, _) => {
@@ -122,6 +120,11 @@ pub fn report(program: &Program, wanted: &Wanted<'_>) -> Outcome {
         }
     }
     Ok(Exit::Ok)
+}
+
+/// A number that six decimals show as zero, without the sign that it had.
+fn unsigned_zero(value: f64) -> f64 {
+    if value.abs() < 0.5e-6 { 0.0 } else { value }
 }
 
 /// A program whose nodes run equations.
@@ -194,7 +197,8 @@ impl<'p> Study<'p> {
                 let drift = &runs[0].last_steps;
                 let mut row = || -> io::Result<()> {
                     write!(out, "{tick},{}", piece.segment.line)?;
-                    axes.iter().try_for_each(|axis| write!(out, ",{:.6}", drift[*axis] + 0.0))?;
+                    axes.iter()
+                        .try_for_each(|axis| write!(out, ",{:.6}", unsigned_zero(drift[*axis])))?;
                     writeln!(out)
                 };
                 if written.is_ok() {
@@ -255,7 +259,7 @@ impl<'p> Study<'p> {
             }
         }
         for axis in self.axes() {
-            writeln!(out, "at end    {axis} {:+.6} steps", run.last_steps[axis] + 0.0)?;
+            writeln!(out, "at end    {axis} {:+.6} steps", unsigned_zero(run.last_steps[axis]))?;
         }
         if let Some((axis, jump_mm_s, line)) = jumps.greatest {
             let start_mm_s = program.machine.axis(axis).map_or(0.0, |axis| axis.start_speed_mm_s);
@@ -438,8 +442,8 @@ fn each_segment(
     mut take: impl FnMut(&Equations) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     for item in program.path() {
-        let item = item
-            .map_err(|error| anyhow!("{error}").context("the program changed while it was read"))?;
+        let item =
+            item.map_err(|error| anyhow!(error).context("the program changed while it was read"))?;
         if let PathItem::Segment(segment) = item {
             equations(&segment, &program.machine, constants).iter().try_for_each(&mut take)?;
         }

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 use anyhow::anyhow;
 use cnc::base::rounding::six_digits;
+use cnc::interp::RunError;
 use cnc::plan::{NextBest, SeamCost, SeamReport};
 use cnc::step::{Seam, Summary};
 use serde_json::{Value, json};
@@ -15,7 +16,7 @@ use crate::program::Program;
 /// Writes a table, or one document.
 pub fn report(program: &Program, as_json: bool) -> Result<(), Failure> {
     let summary = RefCell::new(Summary::default());
-    let changed = |error| anyhow!("{error}").context("the program changed while it was read");
+    let changed = |error: RunError| anyhow!(error).context("the program changed while it was read");
     let mut commands = program.commands(&summary).map_err(changed)?;
     commands.try_for_each(|command| command.map(drop)).map_err(changed)?;
     drop(commands);

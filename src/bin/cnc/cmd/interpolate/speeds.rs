@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, Write};
 
 use anyhow::anyhow;
 use cnc::base::rounding::six_digits;
+use cnc::interp::RunError;
 use cnc::plan::BlockSpeed;
 use serde_json::json;
 
@@ -16,7 +17,7 @@ pub fn report(program: &Program, as_json: bool) -> Result<(), Failure> {
     if !as_json {
         head(&mut out)?;
     }
-    let changed = |error| anyhow!("{error}").context("the program changed while it was read");
+    let changed = |error: RunError| anyhow!(error).context("the program changed while it was read");
     for block in program.block_speeds().map_err(changed)? {
         let block = block.map_err(changed)?;
         if as_json {

@@ -10,6 +10,7 @@ use cnc::systems::pulse::{self, Count, NoPulses};
 use serde_json::json;
 
 use crate::exit::{Exit, Failure, Outcome};
+use crate::plural::count;
 
 /// Writes a table, or JSON Lines, if they are wanted. A program with a block that the board cannot take
 /// gives none.
@@ -44,7 +45,7 @@ pub fn report(
     })?;
     if !as_json {
         writeln!(out)?;
-        writeln!(out, "{pulses} pulses in {blocks} blocks")?;
+        writeln!(out, "{} in {}", count(pulses, "pulse"), count(blocks, "block"))?;
     }
     out.flush()?;
     Ok(Exit::Ok)
@@ -59,7 +60,7 @@ fn each_block(
 ) -> Result<(), Failure> {
     for motion in interp::motions(source, machine, options) {
         let motion = motion
-            .map_err(|error| anyhow!("{error}").context("the program changed while it was read"))?;
+            .map_err(|error| anyhow!(error).context("the program changed while it was read"))?;
         if let Motion::Move(step) = &motion
             && let Some(segment) = path::segment(step)
         {

@@ -3,8 +3,9 @@
 
 use std::path::PathBuf;
 
-use cnc::base::Axis;
+use anyhow::anyhow;
 use cnc::base::rounding::six_digits;
+use cnc::base::{Axis, Machine};
 use cnc::wire::{Audit, Direct, HomeRun, Job, Step};
 use cnc::wire_io::Speed;
 use serde_json::{Value, json};
@@ -52,6 +53,13 @@ impl DirectArgs {
     pub fn is_sim(&self) -> anyhow::Result<bool> {
         Ok(Simulation::of_port(&self.port.port)?.is_some())
     }
+}
+
+/// Refuses axes that the machine has not.
+pub fn check_axes(axes: &[Axis], machine: &Machine) -> anyhow::Result<()> {
+    let Some(axis) = axes.iter().find(|axis| machine.axis(**axis).is_none()) else { return Ok(()) };
+    let has: Vec<String> = machine.axes.iter().map(|profile| profile.axis.to_string()).collect();
+    Err(anyhow!("machine {} has no axis {axis}: it has {}", machine.id, has.join(", ")))
 }
 
 /// What a job lets nodes do by themselves.

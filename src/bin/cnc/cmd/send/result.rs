@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use super::{direct, pacing};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
+use crate::plural::count;
 
 /// Events that are told of before a job.
 const EVENTS_MAX: usize = 10;
@@ -76,10 +77,13 @@ impl Report<'_> {
             .map(|axis| format!("{axis} {:.3}", job.start_mm[axis]))
             .collect();
         say!("start     the machine has to stand at {}", starts.join(", "));
-        let (ticks, buffers) = (job.ticks, job.buffers().count());
+        let (ticks, buffers) = (count(job.ticks, "tick"), job.buffers().count() as u64);
         let time = clock(job.duration_s(&self.machine.bus));
-        let kind = if self.is_frames() { "stretches, a frame a tick" } else { "buffers" };
-        say!("time      {time}, {ticks} ticks in {buffers} {kind}");
+        let parts = match self.is_frames() {
+            true => format!("{}, a frame a tick", count(buffers, "stretch")),
+            false => count(buffers, "buffer"),
+        };
+        say!("time      {time}, {ticks} in {parts}");
         let told: Vec<String> =
             calls.iter().filter(|call| is_told(&call.event)).map(told).collect();
         let shown = if all { told.len() } else { told.len().min(EVENTS_MAX) };
@@ -116,7 +120,11 @@ impl Report<'_> {
     /// What has become of that.
     pub fn struck(&self, struck: &[Struck], asked: usize) {
         if struck.len() < asked && !self.global.quiet {
-            say!("{} of {asked} faults struck before the job was over", struck.len());
+            say!(
+                "{} of {} struck before the job was over",
+                struck.len(),
+                count(asked as u64, "fault")
+            );
         }
         for Struck { at_us, fault, phase } in struck.iter().filter(|_| !self.global.quiet) {
             let (at_s, phase) = (*at_us as f64 * 1e-6, phase.name());
@@ -149,7 +157,9 @@ impl Report<'_> {
             let mut out = io::stdout().lock();
             writeln!(
                 out,
-                "proof     {buffers} buffers, {bytes} bytes in the order of filling, {nodes} nodes on the bus"
+                "proof     {}, {bytes} bytes in the order of filling, {} on the bus",
+                count(buffers, "buffer"),
+                count(nodes as u64, "node"),
             )?;
             writeln!(
                 out,
@@ -173,7 +183,10 @@ impl Report<'_> {
         let mut out = io::stdout().lock();
         writeln!(
             out,
-            "proof     {buffers} stretches, {frames} frames, {bytes} bytes, {nodes} nodes"
+            "proof     {}, {}, {bytes} bytes, {}",
+            count(buffers, "stretch"),
+            count(frames, "frame"),
+            count(nodes as u64, "node"),
         )?;
         writeln!(
             out,
@@ -201,10 +214,14 @@ impl Report<'_> {
         if let Some((tick, line)) = found.difference.filter(|_| done) {
             say!("error: line {line}, tick {tick}: the nodes did not execute what was planned");
         } else if done && !self.is_direct && !self.global.quiet {
-            say!("the nodes executed what was planned, tick by tick ({} ticks)", job.ticks);
+            say!(
+                "the nodes executed what was planned, tick by tick ({})",
+                count(job.ticks, "tick")
+            );
         }
         if done && found.difference.is_none() && found.hazards > 0 {
-            say!("error: {} hazards: a machine may not do what these nodes did", found.hazards);
+            let hazards = count(found.hazards, "hazard");
+            say!("error: {hazards}: a machine may not do what these nodes did");
         }
         if let Some(contour) = &found.contour {
             self.contour(contour);
@@ -290,11 +307,14 @@ impl Report<'_> {
     fn summary(&self, ending: &Ending) -> String {
         let (ticks, buffers, pacing) = (ending.ticks, ending.buffers, ending.pacing.figures());
         let told = match self.is_frames() {
-            true => format!("sent in {buffers} whole stretches, which nobody acknowledges"),
-            false => format!("acknowledged in {buffers} whole buffers"),
+            true => {
+                format!("sent in {}, which nobody acknowledges", count(buffers, "whole stretch"))
+            }
+            false => format!("acknowledged in {}", count(buffers, "whole buffer")),
         };
         let (late, late_max) = (pacing.late_us as f64 * 1e-3, pacing.late_us_max as f64 * 1e-3);
-        format!("{ticks} ticks {told}; late by {late:.1} ms in all, {late_max:.2} ms at most")
+        let ticks = count(ticks, "tick");
+        format!("{ticks} {told}; late by {late:.1} ms in all, {late_max:.2} ms at most")
     }
 
     fn positions(&self, ending: &Ending) {

@@ -1,0 +1,12 @@
+#!/usr/bin/env bash
+# Makes the Debian package: target/debian/cnc_*.deb. Needs cargo-deb.
+# Usage: packaging/deb.sh [TARGET [PROFILE]]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+target=${1:-x86_64-unknown-linux-musl}
+profile=${2:-release}
+binary=$(packaging/build.sh "$target" "$profile")
+# Pages and completions are the same on all computers: they are made by a binary that runs on this one.
+packaging/assets.sh "${CNC_HERE:-$binary}"
+mkdir -p target/debian
+cargo deb --no-build --no-strip --target "$target" --profile "$profile" --output target/debian/
