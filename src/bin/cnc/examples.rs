@@ -64,6 +64,8 @@ const INTERPRET: &str =
     "  cnc interpret part.nc                      all that is wrong with it, or what it means
   cnc interpret part.nc -q                   check it only
   cnc interpret part.nc --json               canonical motion, one object a line
+  cnc interpret .                            all programs of a folder and below it
+  cnc interpret part.nc --format github      errors as annotations of a pull request
   cnc interpret part.nc --dialect fanuc      as a FANUC-style control reads it
   cnc interpret - < part.nc                  from standard input";
 
@@ -78,6 +80,7 @@ const VERIFY: &str =
     "  cnc verify part.nc part.csv                are those steps the programmed path?
   cnc verify part.nc part.csv -q             say nothing unless they are not
   cnc verify part.nc part.csv --json         every check with its value and limit
+  cnc verify . --format junit -o junit.xml   all programs of a folder, for a CI system
   cnc verify part.nc other.csv --unsealed    steps that another tool has written";
 
 const CUT: &str =

@@ -36,6 +36,8 @@ static PASSES: AtomicUsize = AtomicUsize::new(0);
 static SHARE: AtomicU64 = AtomicU64::new(0);
 /// Whether the stage is as far as its texts have been read.
 static BY_BYTES: AtomicBool = AtomicBool::new(false);
+/// Whether the stage is many programs: a pass over one of them tells nothing.
+static IS_OF_MANY: AtomicBool = AtomicBool::new(false);
 /// How often the operator had asked to stop before the stage began.
 static STOPS_BEFORE: AtomicUsize = AtomicUsize::new(0);
 static SHOWN: Mutex<Shown> =
@@ -110,11 +112,19 @@ impl Pass {
         Pass::new(what, true)
     }
 
+    /// A pass over many programs, begun before any of them is: as far as [`Pass::many_at`] tells.
+    pub fn of_many(what: &'static str) -> Pass {
+        let pass = Pass::new(what, false);
+        IS_OF_MANY.store(true, Ordering::Relaxed);
+        pass
+    }
+
     fn new(what: &'static str, by_bytes: bool) -> Pass {
         let stops = interrupt::look();
         if PASSES.fetch_add(1, Ordering::SeqCst) == 0 {
             STOPS_BEFORE.store(stops, Ordering::Relaxed);
             BY_BYTES.store(by_bytes, Ordering::Relaxed);
+            IS_OF_MANY.store(false, Ordering::Relaxed);
             SHARE.store(0, Ordering::Relaxed);
             let mut shown = shown();
             shown.stage = Some((what, Instant::now()));
@@ -131,9 +141,18 @@ impl Pass {
     /// # Errors
     /// The operator wants no more of it.
     pub fn at(&self, done: u64, total: u64) -> Result<(), Interrupted> {
-        if !BY_BYTES.load(Ordering::Relaxed) {
+        if !BY_BYTES.load(Ordering::Relaxed) && !IS_OF_MANY.load(Ordering::Relaxed) {
             tell(done, total);
         }
+        go_on()
+    }
+
+    /// So many programs of all are done.
+    ///
+    /// # Errors
+    /// The operator wants no more of it.
+    pub fn many_at(&self, done: u64, total: u64) -> Result<(), Interrupted> {
+        tell(done, total);
         go_on()
     }
 

@@ -50,7 +50,7 @@ const USAGE: &str = "cnc verify [OPTIONS] PROGRAM DUMP
        cnc verify [OPTIONS] FILE|FOLDER...";
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
-    let pair = args.pair()?;
+    let pair = args.pair(global)?;
     let is_alone = args.files.len() == 1 && !args.files[0].is_dir();
     let in_full = args.many.in_full(pair.is_some() || is_alone, global)?;
     let machine = input::machine(global)?;
@@ -62,7 +62,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 
 impl Args {
     /// The dump, if it is named with its program.
-    fn pair(&self) -> anyhow::Result<Option<&Path>> {
+    fn pair(&self, global: &Global) -> anyhow::Result<Option<&Path>> {
         let named = match self.files.as_slice() {
             [program, dump] if !self.programs && !program.is_dir() && !dump.is_dir() => {
                 if [program, dump].into_iter().all(|file| file == Path::new("-")) {
@@ -72,18 +72,9 @@ impl Args {
             }
             _ => None,
         };
-        let MotionArgs { feed, feed_override, start, language, tools: _ } = &self.motion;
-        let is_told = *feed != FeedMode::default()
-            || feed_override.is_some()
-            || start.is_some()
-            || language.dialect.0 != Dialect::default()
-            || language.block_delete
-            || language.lenient;
-        if named.is_some() && is_told {
-            bail!(
-                "the dump says how it was made; --feed, --override, --start, --dialect, --block-delete \
-                 and --lenient are for programs without one"
-            );
+        if named.is_some() {
+            let told = ["feed", "override", "start", "dialect", "block-delete", "lenient"];
+            global.refuse(&told, "the dump says how it was made")?;
         }
         if named.is_none() && self.unsealed {
             bail!("--unsealed takes a program and its dump: cnc verify --unsealed PROGRAM DUMP");

@@ -8,6 +8,7 @@ use cnc::interp::Checked;
 use cnc::verify::{Check, Report, Verdict};
 
 use crate::exit::Failure;
+use crate::meter::Interrupted;
 
 /// Rule of files that are not what they have to be.
 pub const WRONG_FILE: &str = "wrong-file";
@@ -55,6 +56,15 @@ impl Judged {
         let name = name(&path);
         let (dump, notes, checked, report, trouble) = (None, Vec::new(), None, None, None);
         Judged { path, name, dump, notes, checked, report, trouble }
+    }
+
+    /// Itself, unless the operator has stopped the work.
+    pub fn unless_interrupted(mut self) -> Result<Judged, Failure> {
+        let is_stop = |failure: &mut Failure| failure.error.chain().any(Interrupted::is_in);
+        match self.trouble.take_if(is_stop) {
+            Some(stop) => Err(stop),
+            None => Ok(self),
+        }
     }
 
     /// The exit code that this program alone has.

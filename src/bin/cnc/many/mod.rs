@@ -24,6 +24,7 @@ use self::judged::Judged;
 use self::sum::Sum;
 use crate::args::Global;
 use crate::exit::{Exit, Failure, Outcome};
+use crate::meter::{self, Pass};
 use crate::output;
 
 /// How what is found is printed, and how it is found.
@@ -113,9 +114,12 @@ impl ManyArgs {
         let tell = |out: &mut dyn Write| {
             let mut form = self.form(judge, global);
             form.begin(out, &names)?;
+            let pass = Pass::of_many("judging programs");
             let threads = self.jobs.unwrap_or_else(pool::all_cores);
             pool::in_order(tasks, threads, work, |judged| {
+                let judged = judged.unless_interrupted()?;
                 sum.add(&judged);
+                pass.many_at(sum.programs, tasks.len() as u64)?;
                 say_notes(&judged, global);
                 if let Some(failure) = &judged.trouble {
                     say!("error: {:#}", failure.error);
@@ -128,7 +132,10 @@ impl ManyArgs {
         };
         match self.output.as_deref().filter(|path| *path != Path::new("-")) {
             Some(path) => spooled(path, tell)?,
-            None => tell(&mut WhileRead(BufWriter::new(io::stdout().lock())))?,
+            None => {
+                meter::leave_terminal_to_results();
+                tell(&mut WhileRead(BufWriter::new(io::stdout().lock())))?;
+            }
         }
         if (self.is_for_programs(global) || self.output.is_some()) && !global.quiet {
             say!("{sum}");

@@ -84,9 +84,9 @@ impl fmt::Display for Sum {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (passed, failed, unread) = (self.passed, self.failed, self.unread);
         write!(f, "{}: {passed} passed", count(self.programs, "program"))?;
-        for (count, what) in [(failed, "failed"), (unread, "not judged")] {
-            if count > 0 {
-                write!(f, ", {count} {what}")?;
+        for (number, what) in [(failed, "failed"), (unread, "not judged")] {
+            if number > 0 {
+                write!(f, ", {number} {what}")?;
             }
         }
         if self.errors + self.warnings > 0 {
