@@ -28,6 +28,10 @@ use super::{Feed, Ramp};
 /// rests: at 4 ticks a buffer has still 374 to choose from.
 const APART_TICKS: f64 = 4.0;
 
+/// Rest, the ends of rapids, the inside of rapids, the ends of cuts, the inside of cuts: an end is not left out
+/// for a place inside, since a buffer that begins a few ticks later may do without a stop in a cut.
+const RANKS: usize = 5;
+
 /// Blocks that take less than this share of a buffer have no place inside.
 const LONG_SHARE: f64 = 0.4;
 
@@ -115,7 +119,7 @@ pub struct Places {
     places: VecDeque<Place>,
     at_ticks: f64,
     /// Where the last place of each rank lies, the best rank first.
-    last_at_ticks: [f64; 4],
+    last_at_ticks: [f64; RANKS],
     stretch: u64,
     waits: u64,
     moving: AxisSet,
@@ -152,7 +156,9 @@ impl Places {
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
-            last_at_ticks: [0.0, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
+            last_at_ticks: std::array::from_fn(
+                |rank| if rank == 0 { 0.0 } else { f64::NEG_INFINITY },
+            ),
             stretch: 0,
             waits: 0,
             moving: AxisSet::EMPTY,
@@ -251,8 +257,8 @@ impl Places {
         }
         let rank = match kind {
             SeamKind::Rest => 0,
-            SeamKind::Rapid => 1,
-            SeamKind::Cut => 2 + usize::from(is_inside),
+            SeamKind::Rapid => 1 + usize::from(is_inside),
+            SeamKind::Cut => 3 + usize::from(is_inside),
         };
         let last_at_ticks = self.last_at_ticks[..=rank].iter().fold(0.0, |a: f64, b| a.max(*b));
         if !rests && self.at_ticks < last_at_ticks + APART_TICKS {
