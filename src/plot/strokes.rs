@@ -1,8 +1,9 @@
 //! Where a tool goes and how fast → at most so many straight pieces, however long the way.
 //!
-//! Places are kept as they are until there are too many. Then they are laid on a grid, which grows by
-//! two until what is left are few enough: pieces shorter than the grid, and those that lie on others
-//! of the same speed, fall away. The extents stay exact.
+//! Places are kept as they are until there are too many. Then pieces that follow each other become one as
+//! far as that is no longer than a grid is wide, and those that lie on others of the same speed, within
+//! its cells, fall away; the grid grows by two until what is left are few enough. What is left still ends
+//! on the way itself, and the extents stay exact.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -147,22 +148,33 @@ impl Strokes {
     }
 
     fn push(&mut self, piece: Piece) {
-        let piece = Piece {
-            from_mm: self.snapped(piece.from_mm),
-            to_mm: self.snapped(piece.to_mm),
-            ..piece
-        };
         if piece.from_mm == piece.to_mm {
             return;
         }
-        if let Some(last) = self.pieces.last_mut()
-            && last.goes_on_with(&piece)
-        {
-            last.to_mm = piece.to_mm;
-            return;
+        if let Some(last) = self.pieces.last_mut() {
+            if last.goes_on_with(&piece) {
+                last.to_mm = piece.to_mm;
+                return;
+            }
+            if last.to_mm == piece.from_mm && apart_mm(last.from_mm, piece.to_mm) <= self.grid_mm {
+                let lines = last.lines.iter().chain(&piece.lines);
+                last.lines = lines.fold([u32::MAX, 0], |[first, end], line| {
+                    [first.min(*line), end.max(*line)]
+                });
+                last.to_mm = piece.to_mm;
+                return;
+            }
+            self.settle();
         }
-        if self.grid_mm == 0.0 || self.seen.insert(self.key(&piece)) {
-            self.pieces.push(piece);
+        self.pieces.push(piece);
+    }
+
+    /// Takes the last piece out, if it is too short to be seen or lies on another.
+    fn settle(&mut self) {
+        let Some(last) = self.pieces.last().filter(|_| self.grid_mm > 0.0) else { return };
+        let (from, to, _) = self.key(last);
+        if from == to || !self.seen.insert(self.key(last)) {
+            self.pieces.pop();
         }
     }
 
@@ -178,19 +190,17 @@ impl Strokes {
         }
     }
 
-    fn snapped(&self, place: Place) -> Place {
-        match self.grid_mm {
-            0.0 => place,
-            grid_mm => place.map(|at| (at / grid_mm).round() * grid_mm),
-        }
-    }
-
     /// The same for both directions.
     fn key(&self, piece: &Piece) -> Key {
         let cell = |place: Place| place.map(|at| (at / self.grid_mm).round() as i64);
         let (from, to) = (cell(piece.from_mm), cell(piece.to_mm));
         (from.min(to), from.max(to), piece.band)
     }
+}
+
+/// How far one place is from another.
+fn apart_mm(a: Place, b: Place) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
 impl Piece {

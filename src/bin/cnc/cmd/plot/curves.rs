@@ -20,6 +20,9 @@ const THESIS_OFF_MAX_MM: f64 = 10.0;
 /// Distances below this are drawn as this, so that a logarithmic axis has an end.
 const SHOWN_MM_MIN: f64 = 1e-4;
 
+/// By how much more is followed where a distance did not suffice: a window grows with it, and so does time.
+const WIDER: f64 = 4.0;
+
 /// Draws a quantity of a program's job.
 pub fn of_program(curve: CurveArg, program: &Program) -> Result<String, Failure> {
     let machine = &program.machine;
@@ -105,12 +108,19 @@ where
         with_buffers: false,
     };
     let tick_s = f64::from(tick_us) * 1e-6;
-    let mut envelope = Envelope::new(tick_s);
     let path = || Ok::<_, RunError>(program.path());
-    distances(&setup, within_mm, commands, path, |tick, mm| {
-        envelope.add((tick + 1) as f64 * tick_s, mm.max(SHOWN_MM_MIN));
-    })
-    .with_context(|| program.source.name().to_owned())
-    .or_bad_input()?;
+    let mut follows_mm = tolerance_mm(machine).min(within_mm);
+    let envelope = loop {
+        let mut envelope = Envelope::new(tick_s);
+        let suffices = distances(&setup, follows_mm, &commands, path, |tick, mm| {
+            envelope.add((tick + 1) as f64 * tick_s, mm.max(SHOWN_MM_MIN));
+        })
+        .with_context(|| program.source.name().to_owned())
+        .or_bad_input()?;
+        if suffices || follows_mm == within_mm {
+            break envelope;
+        }
+        follows_mm = (follows_mm * WIDER).min(within_mm);
+    };
     Ok(Curve { name: name.to_owned(), points: envelope.points() })
 }
