@@ -158,9 +158,8 @@ impl Strokes {
             }
             if last.to_mm == piece.from_mm && apart_mm(last.from_mm, piece.to_mm) <= self.grid_mm {
                 let lines = last.lines.iter().chain(&piece.lines);
-                last.lines = lines.fold([u32::MAX, 0], |[first, end], line| {
-                    [first.min(*line), end.max(*line)]
-                });
+                last.lines = lines
+                    .fold([u32::MAX, 0], |[first, end], line| [first.min(*line), end.max(*line)]);
                 last.to_mm = piece.to_mm;
                 return;
             }

@@ -67,18 +67,18 @@ const COLOURS: [(&str, &str, [&str; 2]); 13] = [
 /// The style sheet of every drawing, as an element.
 pub fn element() -> String {
     let [light, dark] = [0, 1].map(colours);
-    format!(
-        "<style>\n{SHAPES}{light}@media (prefers-color-scheme: dark) {{\n{dark}}}\n</style>\n"
-    )
+    format!("<style>\n{SHAPES}{light}@media (prefers-color-scheme: dark) {{\n{dark}}}\n</style>\n")
 }
 
 /// The rules of colours on light, or on dark.
 fn colours(shade: usize) -> String {
-    let rule = |class: &str, what: &str, colour: &str| format!(".plot {class} {{ {what}: {colour} }}\n");
+    let rule =
+        |class: &str, what: &str, colour: &str| format!(".plot {class} {{ {what}: {colour} }}\n");
     let fixed = COLOURS.iter().map(|(class, what, colours)| rule(class, what, colours[shade]));
     let pair = |[line, area]: [char; 2], (at, colours): (usize, &[&str; 2])| {
         let colour = colours[shade];
-        rule(&format!(".{line}{at}"), "stroke", colour) + &rule(&format!(".{area}{at}"), "fill", colour)
+        rule(&format!(".{line}{at}"), "stroke", colour)
+            + &rule(&format!(".{area}{at}"), "fill", colour)
     };
     let curves = CURVES.iter().enumerate().map(|curve| pair(['c', 'd'], curve));
     let speeds = SPEEDS.iter().enumerate().map(|speed| pair(['v', 'b'], speed));

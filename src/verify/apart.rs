@@ -11,7 +11,8 @@
 //! 2. That one by parts of itself, each time thinned less, to a thousandth.
 //!
 //! With t a 32nd of the interval, a path has some hundred chords in the window, if it does not fill the
-//! room it lies in. Where it does, work ends at [`WORK_MAX`], with the bounds found by then.
+//! room it lies in. Where it does, a pass is left when it has taken [`WORK_A_VERTEX`] for each point and
+//! [`WORK_FREE`] besides, and the bounds found by then are told.
 
 use super::Others;
 use super::edges::{Edge, Vector, difference, dot};
@@ -23,8 +24,10 @@ const RUNGS: usize = 8;
 const THINNED_SHARE: f64 = 0.25;
 /// To which part of itself, or of the tolerance if that is more, the distance is told.
 const RESOLUTION: f64 = 1e-3;
-/// Cells times distances after which no closer bounds are looked for: a second.
-const WORK_MAX: u64 = 1 << 28;
+/// Cells times distances that a pass may take, whatever the polylines, and more for each point of the one:
+/// what a straight way takes is a tenth of that.
+const WORK_FREE: u64 = 1 << 24;
+const WORK_A_VERTEX: u64 = 512;
 
 /// A point of a polyline.
 #[derive(Clone, Copy, Debug)]
@@ -61,20 +64,18 @@ where
     B: Iterator<Item = Result<Vertex, E>>,
 {
     let mut found = Apart::default();
-    let mut work = 0;
     let [mut from_mm, mut to_mm] = [0.0, scale_mm];
     loop {
         let step_mm = (to_mm - from_mm) / RUNGS as f64;
         let rungs_mm = std::array::from_fn(|rung| from_mm + step_mm * (rung + 1) as f64);
         let thin_mm = step_mm * THINNED_SHARE;
-        let pass = pass(rungs_mm, Thinned::new(one()?, thin_mm), Thinned::new(other()?, thin_mm), work)?;
+        let pass = pass(rungs_mm, Thinned::new(one()?, thin_mm), Thinned::new(other()?, thin_mm))?;
         if pass.low_mm > found.low_mm {
             (found.low_mm, found.at) = (pass.low_mm, pass.at);
         }
         if let Some(high_mm) = pass.high_mm {
             found.high_mm = Some(found.high_mm.map_or(high_mm, |before| before.min(high_mm)));
         }
-        work = pass.work;
         if pass.gave_up {
             return Ok(found);
         }
@@ -93,8 +94,6 @@ struct Pass {
     low_mm: f64,
     high_mm: Option<f64>,
     at: Option<Death>,
-    /// Done in all passes so far.
-    work: u64,
     gave_up: bool,
 }
 
@@ -102,13 +101,12 @@ fn pass<A, B, E>(
     rungs_mm: [f64; RUNGS],
     mut one: Thinned<A>,
     mut other: Thinned<B>,
-    work_before: u64,
 ) -> Result<Pass, E>
 where
     A: Iterator<Item = Result<Vertex, E>>,
     B: Iterator<Item = Result<Vertex, E>>,
 {
-    let nothing = Pass { low_mm: 0.0, high_mm: None, at: None, work: work_before, gave_up: true };
+    let nothing = Pass { low_mm: 0.0, high_mm: None, at: None, gave_up: true };
     let (Some(start), Some(foot)) = (one.next()?, other.next()?) else { return Ok(nothing) };
     let mut edges = Edges { vertices: &mut other, from: foot, start_mm: 0.0, any: false };
     let Some(first) = edges.next()? else { return Ok(nothing) };
@@ -116,11 +114,13 @@ where
     let mut last = start;
     let mut has_moved = false;
     let mut gave_up = false;
+    let mut work_max = WORK_FREE;
     while sweep.dead() < RUNGS && !gave_up {
         let Some(vertex) = one.next()? else { break };
         (last, has_moved) = (vertex, true);
         sweep.advance(vertex.tick, vertex.at, || edges.next())?;
-        gave_up = sweep.is_overfull() || work_before + sweep.work() > WORK_MAX;
+        work_max += WORK_A_VERTEX;
+        gave_up = sweep.is_overfull() || sweep.work() > work_max;
     }
     if !has_moved && sweep.dead() < RUNGS {
         sweep.advance(last.tick, last.at, || edges.next())?;
@@ -135,7 +135,6 @@ where
         low_mm: greatest_dead.map_or(0.0, |rung| rungs_mm[rung] - off_mm),
         high_mm: rungs_mm.get(dead).filter(|_| !gave_up).map(|rung| rung + off_mm),
         at: greatest_dead.and_then(|rung| sweep.death(rung)),
-        work: work_before + sweep.work(),
         gave_up,
     })
 }
@@ -252,7 +251,8 @@ mod tests {
 
     /// The free-space diagram, whole: cell by cell, as Alt and Godau have it.
     fn suffices(p: &Polyline, q: &Polyline, distance: f64) -> bool {
-        let near = |a: Vector, b: Vector| dot(difference(a, b), difference(a, b)) <= distance * distance;
+        let near =
+            |a: Vector, b: Vector| dot(difference(a, b), difference(a, b)) <= distance * distance;
         if !near(p[0], q[0]) || !near(p[p.len() - 1], q[q.len() - 1]) {
             return false;
         }
@@ -262,11 +262,13 @@ mod tests {
         let mut below = vec![vec![None; m + 1]; n + 1];
         for j in 0..m {
             let is_open = j == 0 || left[0][j - 1].is_some_and(|[_, to]: [f64; 2]| to >= 1.0);
-            left[0][j] = free(p[0], q[j], q[j + 1], distance).filter(|range| is_open && range[0] <= 0.0);
+            left[0][j] =
+                free(p[0], q[j], q[j + 1], distance).filter(|range| is_open && range[0] <= 0.0);
         }
         for i in 0..n {
             let is_open = i == 0 || below[i - 1][0].is_some_and(|[_, to]: [f64; 2]| to >= 1.0);
-            below[i][0] = free(q[0], p[i], p[i + 1], distance).filter(|range| is_open && range[0] <= 0.0);
+            below[i][0] =
+                free(q[0], p[i], p[i + 1], distance).filter(|range| is_open && range[0] <= 0.0);
         }
         for i in 0..n {
             for j in 0..m {
@@ -329,7 +331,9 @@ mod tests {
     #[test]
     fn long_ways_far_apart_take_little_work() {
         let line = |y: f64| -> Polyline {
-            (0..20_000).map(|k| [f64::from(k) * 0.01, y + (f64::from(k) * 0.001).sin(), 0.0]).collect()
+            (0..20_000)
+                .map(|k| [f64::from(k) * 0.01, y + (f64::from(k) * 0.001).sin(), 0.0])
+                .collect()
         };
         let found = measured(&line(0.0), &line(50.0), 0.01);
         let high = found.high_mm.unwrap();
