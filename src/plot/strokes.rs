@@ -1,9 +1,9 @@
 //! Where a tool goes and how fast → at most so many straight pieces, however long the way.
 //!
 //! Places are kept as they are until there are too many. Then pieces that follow each other become one as
-//! far as that is no longer than a grid is wide, and those that lie on others of the same speed, within
-//! its cells, fall away; the grid grows by two until what is left are few enough. What is left still ends
-//! on the way itself, and the extents stay exact.
+//! far as it stays within a distance of the places between, and those that lie on others of the same
+//! speed, or are shorter than that distance, fall away; it grows by two until what is left are few enough.
+//! What is left still ends on the way itself, and the extents stay exact.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -11,6 +11,8 @@ use std::collections::{BTreeSet, HashSet};
 const PIECES_MAX: usize = 7_000;
 /// The first grid, as a share of the greatest extent: less than half a dot of a drawing.
 const FIRST_GRID: f64 = 1.0 / 2048.0;
+/// Places that a piece may pass: each is looked at when it grows.
+const PASSED_MAX: usize = 64;
 /// Bands of speed in each doubling.
 const BANDS_A_DOUBLING: f64 = 3.0;
 /// Two pieces whose directions differ by a sine below this are one.
@@ -50,6 +52,8 @@ pub struct Strokes {
     /// Zero: places are as they came.
     grid_mm: f64,
     seen: HashSet<Key>,
+    /// Places that the last piece passes within the grid, and does not end at.
+    passed_mm: Vec<Place>,
     extents_mm: [[f64; 2]; 3],
     travel_mm: [Option<[f64; 2]>; 3],
     /// Where the way leaves the travel first, and in which NC line.
@@ -88,6 +92,7 @@ impl Strokes {
             pieces: Vec::new(),
             grid_mm: 0.0,
             seen: HashSet::new(),
+            passed_mm: Vec::new(),
             extents_mm: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
             travel_mm,
             outside: None,
@@ -156,23 +161,30 @@ impl Strokes {
                 last.to_mm = piece.to_mm;
                 return;
             }
-            if last.to_mm == piece.from_mm && apart_mm(last.from_mm, piece.to_mm) <= self.grid_mm {
-                let lines = last.lines.iter().chain(&piece.lines);
-                last.lines = lines
-                    .fold([u32::MAX, 0], |[first, end], line| [first.min(*line), end.max(*line)]);
-                last.to_mm = piece.to_mm;
-                return;
+            let is_short = |piece: &Piece| apart_mm(piece.from_mm, piece.to_mm) <= self.grid_mm;
+            let is_next = last.to_mm == piece.from_mm && self.passed_mm.len() < PASSED_MAX;
+            if is_next && (last.band == piece.band || is_short(last) || is_short(&piece)) {
+                self.passed_mm.push(piece.from_mm);
+                let chord = (last.from_mm, piece.to_mm);
+                if self.passed_mm.iter().all(|at| off_mm(*at, chord) <= self.grid_mm) {
+                    let lines =
+                        [last.lines[0].min(piece.lines[0]), last.lines[1].max(piece.lines[1])];
+                    (last.lines, last.to_mm) = (lines, piece.to_mm);
+                    return;
+                }
             }
             self.settle();
         }
+        self.passed_mm.clear();
         self.pieces.push(piece);
     }
 
     /// Takes the last piece out, if it is too short to be seen or lies on another.
     fn settle(&mut self) {
         let Some(last) = self.pieces.last().filter(|_| self.grid_mm > 0.0) else { return };
-        let (from, to, _) = self.key(last);
-        if from == to || !self.seen.insert(self.key(last)) {
+        let key = self.key(last);
+        let is_dot = key.0 == key.1 && apart_mm(last.from_mm, last.to_mm) <= self.grid_mm;
+        if is_dot || !self.seen.insert(key) {
             self.pieces.pop();
         }
     }
@@ -183,6 +195,7 @@ impl Strokes {
         while self.pieces.len() > PIECES_MAX / 2 {
             self.grid_mm = (2.0 * self.grid_mm).max(FIRST_GRID * widest);
             self.seen.clear();
+            self.passed_mm.clear();
             for piece in std::mem::take(&mut self.pieces) {
                 self.push(piece);
             }
@@ -195,6 +208,16 @@ impl Strokes {
         let (from, to) = (cell(piece.from_mm), cell(piece.to_mm));
         (from.min(to), from.max(to), piece.band)
     }
+}
+
+/// How far a place is from a straight piece.
+fn off_mm(at: Place, (from, to): (Place, Place)) -> f64 {
+    let way: Place = std::array::from_fn(|i| to[i] - from[i]);
+    let dot = |a: Place, b: Place| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let square = dot(way, way);
+    let offset: Place = std::array::from_fn(|i| at[i] - from[i]);
+    let share = if square > 0.0 { (dot(offset, way) / square).clamp(0.0, 1.0) } else { 0.0 };
+    apart_mm(at, std::array::from_fn(|i| from[i] + share * way[i]))
 }
 
 /// How far one place is from another.
