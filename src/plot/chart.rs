@@ -17,6 +17,8 @@ const SIZE: [f64; 2] = [800.0, 500.0];
 const FIELD_X: [f64; 2] = [76.0, 776.0];
 /// Its lower edge, and its upper one where there is no legend.
 const FIELD_Y: [f64; 2] = [440.0, 52.0];
+/// Letters of the title that have room.
+const TITLE_LETTERS_MAX: usize = 74;
 /// A line of the legend.
 const LEGEND_LINE: f64 = 20.0;
 /// Most marks of an axis.
@@ -152,7 +154,7 @@ impl Display for Chart {
         let x = self.x.laid(points().map(|point| point[0]).chain(limits(Along::X)), FIELD_X);
         let y = points().map(|point| point[1]).chain(limits(Along::Y));
         let y = self.y.laid(y, [FIELD_Y[0], top]);
-        style::head(out, SIZE, &self.title, [FIELD_X[0], 26.0])?;
+        style::head(out, SIZE, &self.title, [FIELD_X[0], 26.0], TITLE_LETTERS_MAX)?;
         self.grid(out, &x, &y)?;
         for ((at, curve), [left, line]) in self.curves.iter().enumerate().zip(&legend) {
             let (left, middle) = (FIELD_X[0] + left, FIELD_Y[1] - 6.0 + line * LEGEND_LINE);
@@ -261,7 +263,17 @@ impl Chart {
         Ok(())
     }
 
-    /// The limits that lie within the field, and their names.
+    /// How many points of curves lie in a part of the drawing.
+    fn points_within(&self, (x, y): (&Laid, &Laid), across: [f64; 2], up: [f64; 2]) -> usize {
+        let points = self.curves.iter().flat_map(|curve| &curve.points);
+        let lies_there = |point: &&[f64; 2]| {
+            let at = [x.place(point[0]), y.place(point[1])];
+            (across[0]..=across[1]).contains(&at[0]) && (up[0]..=up[1]).contains(&at[1])
+        };
+        points.filter(lies_there).count()
+    }
+
+    /// The limits that lie within the field, and their names, where fewest points lie under them.
     fn dashes(&self, out: &mut Formatter<'_>, (x, y): (&Laid, &Laid)) -> fmt::Result {
         for limit in &self.limits {
             let (scale, laid) = match limit.along {
@@ -274,10 +286,34 @@ impl Chart {
             }
             let (at, name) = (laid.place(limit.at), Escaped(&limit.name));
             let ([left, right], [bottom, top]) = (x.edges, y.edges);
-            let (line, beside) = match limit.along {
-                Along::X => (format!("M{at:.1} {bottom}V{top}"), [at - 5.0, top + 14.0]),
-                Along::Y => (format!("M{left} {at:.1}H{right}"), [right - 6.0, at - 5.0]),
+            let wide = 7.0 * limit.name.chars().count() as f64;
+            // Where the name ends: in each case the first place is the usual one.
+            let (line, places) = match limit.along {
+                Along::X => (
+                    format!("M{at:.1} {bottom}V{top}"),
+                    [top + 14.0, bottom - 6.0]
+                        .map(|y| [[at - 5.0, y], [at + 5.0 + wide, y]])
+                        .as_flattened()
+                        .to_vec(),
+                ),
+                Along::Y => (
+                    format!("M{left} {at:.1}H{right}"),
+                    [at - 5.0, at + 14.0]
+                        .map(|y| [[right - 6.0, y], [left + 6.0 + wide, y]])
+                        .as_flattened()
+                        .to_vec(),
+                ),
             };
+            let crossed = |[end, base]: &[f64; 2]| {
+                let (across, up) = ([end - wide, *end], [base - 12.0, base + 3.0]);
+                self.points_within((x, y), across, up)
+            };
+            let within = |[end, base]: &[f64; 2]| {
+                end - wide >= left && *end <= right && *base >= top + 12.0 && *base <= bottom
+            };
+            let free =
+                places.iter().filter(|place| within(place)).min_by_key(|place| crossed(place));
+            let beside = *free.unwrap_or(&places[0]);
             writeln!(
                 out,
                 "<path class=\"limit\" d=\"{line}\"/><text class=\"beside\" x=\"{:.1}\" y=\"{:.1}\">{name}</text>",

@@ -20,6 +20,8 @@ use crate::plot::ticks;
 const SIZE: [f64; 2] = [1000.0, 940.0];
 /// Where the title stands, and how far from the left.
 const TITLE: [f64; 2] = [56.0, 30.0];
+/// Beside it stands what the colours mean.
+const TITLE_LETTERS_MAX: usize = 58;
 /// Where the panels begin, and where they end, down from the top.
 const PANELS_Y: [f64; 2] = [50.0, 880.0];
 /// Room for numbers at the left of a panel and below it, and between two.
@@ -63,6 +65,8 @@ pub struct Sheet<'a> {
     pub views: &'a [View],
     /// The way.
     pub strokes: &'a Strokes,
+    /// Whether it is known what of it are rapids; if not, all has the colour of its speed.
+    pub knows_rapids: bool,
     /// Travel of X, Y and Z, in mm, on machines that have limits.
     pub travel_mm: [Option<[f64; 2]>; 3],
     /// Where node buffers end.
@@ -169,7 +173,7 @@ const EDGES: [[usize; 2]; 12] = [
 impl Display for Sheet<'_> {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
         let [width, height] = SIZE;
-        style::head(out, SIZE, &self.title, TITLE)?;
+        style::head(out, SIZE, &self.title, TITLE, TITLE_LETTERS_MAX)?;
         let bands = self.bands();
         for panel in self.panels() {
             self.frame(out, &panel)?;
@@ -438,9 +442,10 @@ impl Sheet<'_> {
             entry(out, "<circle class=\"wrong\" cx=\"11\" r=\"6\"/>", &wrong.text)?;
         }
         let Some([low, high]) = bands else { return Ok(()) };
+        let what = if self.knows_rapids { "cut" } else { "speed" };
         let text = match (speed_text(f64::from(low)), speed_text(f64::from(high))) {
-            (low, high) if low == high => format!("cut at about {high} mm/min"),
-            (low, high) => format!("cut, from about {low} to {high} mm/min"),
+            (low, high) if low == high => format!("{what}: about {high} mm/min"),
+            (low, high) => format!("{what}: about {low} to {high} mm/min"),
         };
         let wide = 14.0 * SPEEDS.len() as f64;
         let text_x = width - 20.0;

@@ -85,20 +85,26 @@ fn colours(shade: usize) -> String {
     fixed.chain(curves).chain(speeds).collect()
 }
 
-/// The beginning of a document: its size, its style, its paper and its title.
+/// The beginning of a document: its size, its style, its paper and its title, of which so many letters are
+/// shown at most.
 pub fn head(
     out: &mut Formatter<'_>,
     [width, height]: [f64; 2],
     title: &str,
     [left, base]: [f64; 2],
+    letters_max: usize,
 ) -> fmt::Result {
-    let (title, style) = (Escaped(title), element());
+    let shown: String = match title.chars().nth(letters_max) {
+        Some(_) => title.chars().take(letters_max).chain(['…']).collect(),
+        None => title.to_owned(),
+    };
+    let (title, shown, style) = (Escaped(title), Escaped(&shown), element());
     write!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
          <title>{title}</title>\n\
          {style}\
          <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n\
-         <text class=\"title\" x=\"{left}\" y=\"{base}\">{title}</text>\n"
+         <text class=\"title\" x=\"{left}\" y=\"{base}\">{shown}</text>\n"
     )
 }

@@ -10,7 +10,7 @@ use anyhow::{Context, anyhow};
 use askama::Template;
 use cnc::base::Command;
 use cnc::base::machine::Protocol;
-use cnc::plot::{Quantity, Traces, View};
+use cnc::plot::{Quantity, Traces, View, style_element};
 use cnc::step::{Phases, Summary};
 use cnc::verify::{self, Verdict};
 use cnc::wire::{Job, lint};
@@ -54,10 +54,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         exit = Exit::BadInput;
         let endless = judge(plot::without_travel(machine))?;
         if endless.checked.errors == 0 {
-            page.path = Some(plot::sheet_of(&endless, travel_mm, &View::ALL)?);
+            page.path = Some(page.drawing(&plot::sheet_of(&endless, travel_mm, &View::ALL)?));
         }
     } else {
-        page.path = Some(plot::sheet_of(&program, travel_mm, &View::ALL)?);
+        page.path = Some(page.drawing(&plot::sheet_of(&program, travel_mm, &View::ALL)?));
         if !job(&mut page, &program)? {
             exit = Exit::BadInput;
         }
@@ -102,6 +102,7 @@ fn head(program: &Program) -> Page {
         figures: Vec::new(),
         findings,
         more_findings,
+        drawings_style: style_element(),
         path: None,
         curves: Vec::new(),
         tables: Vec::new(),
@@ -134,8 +135,12 @@ fn job(page: &mut Page, program: &Program) -> Result<bool, Failure> {
     if let Some(times) = &mut summary.times {
         times.finish();
     }
-    let report =
-        program.verified().with_context(|| program.source.name().to_owned()).or_bad_input()?;
+    let at_hand = has_nodes.then_some(kept.as_slice());
+    let report = program
+        .verified(at_hand)
+        .with_context(|| program.source.name().to_owned())
+        .or_bad_input()?;
+    let error = curves::errors(program, at_hand, false)?.to_string();
     let bus = has_nodes.then(|| {
         let job = Job::new(kept, start_steps, machine)?;
         lint(&job, machine)
@@ -154,10 +159,9 @@ fn job(page: &mut Page, program: &Program) -> Result<bool, Failure> {
     };
     figures(page, program, &summary, &report);
     let name = program.source.file_name();
-    page.curves.push(curves::of_program(plot::CurveArg::Error, program)?);
-    for quantity in [Quantity::Speed, Quantity::Acceleration, Quantity::StepRate] {
-        page.curves.push(traces.chart(quantity, name).to_string());
-    }
+    let quantities = [Quantity::Speed, Quantity::Acceleration, Quantity::StepRate];
+    let traced = quantities.map(|quantity| traces.chart(quantity, name).to_string());
+    page.curves = [error].iter().chain(&traced).map(|svg| page.drawing(svg)).collect();
     page.tables =
         vec![times(&summary), seams(program, &summary), limits(&summary), checks(&report)];
     if let Some(Ok(proof)) = &bus {
