@@ -11,6 +11,8 @@ use std::collections::{BTreeSet, HashSet};
 const PIECES_MAX: usize = 7_000;
 /// The first grid, as a share of the greatest extent: less than half a dot of a drawing.
 const FIRST_GRID: f64 = 1.0 / 2048.0;
+/// Lines that keep pieces of their own, unless these are too short to be seen.
+const LINES_MAX: usize = 1_000;
 /// Places that a piece may pass: each is looked at when it grows.
 const PASSED_MAX: usize = 64;
 /// Bands of speed in each doubling.
@@ -52,6 +54,8 @@ pub struct Strokes {
     /// Zero: places are as they came.
     grid_mm: f64,
     seen: HashSet<Key>,
+    /// Whether pieces have so many lines that nobody could point at each.
+    has_many_lines: bool,
     /// Places that the last piece passes within the grid, and does not end at.
     passed_mm: Vec<Place>,
     extents_mm: [[f64; 2]; 3],
@@ -92,6 +96,7 @@ impl Strokes {
             pieces: Vec::new(),
             grid_mm: 0.0,
             seen: HashSet::new(),
+            has_many_lines: false,
             passed_mm: Vec::new(),
             extents_mm: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
             travel_mm,
@@ -163,13 +168,22 @@ impl Strokes {
             }
             let is_short = |piece: &Piece| apart_mm(piece.from_mm, piece.to_mm) <= self.grid_mm;
             let is_next = last.to_mm == piece.from_mm && self.passed_mm.len() < PASSED_MAX;
-            if is_next && (last.band == piece.band || is_short(last) || is_short(&piece)) {
+            let are_short = [is_short(last), is_short(&piece)];
+            let is_same = last.band == piece.band && last.lines == piece.lines;
+            let is_one = match self.has_many_lines {
+                true => last.band == piece.band || are_short.contains(&true),
+                false => is_same || are_short == [true; 2],
+            };
+            let is_rapid = [last.band, piece.band].map(|band| band.is_none());
+            if is_next && is_one && is_rapid[0] == is_rapid[1] {
                 self.passed_mm.push(piece.from_mm);
                 let chord = (last.from_mm, piece.to_mm);
                 if self.passed_mm.iter().all(|at| off_mm(*at, chord) <= self.grid_mm) {
-                    let lines =
+                    let spans_mm = [&*last, &piece].map(|part| apart_mm(part.from_mm, part.to_mm));
+                    last.lines =
                         [last.lines[0].min(piece.lines[0]), last.lines[1].max(piece.lines[1])];
-                    (last.lines, last.to_mm) = (lines, piece.to_mm);
+                    last.band = if spans_mm[1] > spans_mm[0] { piece.band } else { last.band };
+                    last.to_mm = piece.to_mm;
                     return;
                 }
             }
@@ -196,6 +210,8 @@ impl Strokes {
             self.grid_mm = (2.0 * self.grid_mm).max(FIRST_GRID * widest);
             self.seen.clear();
             self.passed_mm.clear();
+            let lines = self.pieces.chunk_by(|a, b| a.lines == b.lines);
+            self.has_many_lines |= lines.count() > LINES_MAX;
             for piece in std::mem::take(&mut self.pieces) {
                 self.push(piece);
             }
