@@ -43,7 +43,7 @@ fn circle(machine: &Machine) -> Segment {
 
 fn commands(segments: &[Segment], machine: &Machine) -> impl Iterator<Item = Command> {
     let start = machine.work_zero_mm;
-    let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+    let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
     let plan = plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start);
     step::interpolate(plan, machine, start).map(|command| match command {
         Ok(command) => command,
@@ -105,7 +105,7 @@ fn dda(segments: &[Segment], machine: &Machine, ticks: u64) -> i64 {
 /// Planning alone.
 fn profiles(segments: &[Segment], machine: &Machine) -> usize {
     let start = machine.work_zero_mm;
-    let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+    let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
     plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start).map(black_box).count()
 }
 

@@ -52,7 +52,7 @@ impl Job<'_> {
             self.ticks.push(Command::Tick(Tick { buffer: 0, line, counts }));
             self.steps = next;
         }
-        self.path.push(PathItem::Segment(segment));
+        self.path.push(PathItem::from(segment));
     }
 }
 

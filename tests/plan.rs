@@ -56,7 +56,7 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
     }
     let items = path::segments::<Infallible>(motions.into_iter(), machine);
     let segment = |item| match item {
-        Ok(PathItem::Segment(segment)) => segment,
+        Ok(PathItem::Segment(segment)) => Segment::clone(&segment),
         other => unreachable!("{other:?}"),
     };
     let mut segments: Vec<Segment> = items.map(segment).collect();
@@ -66,7 +66,7 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
 
 fn run(segments: &[Segment], machine: &Machine, feed: Feed) -> (Vec<plan::Profile>, Vec<Tick>) {
     let start = machine.work_zero_mm;
-    let items = || segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+    let items = || segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
     let Ok(seams) = plan::place(items(), machine, feed);
     let mut profiles = Vec::new();
     let plan = plan::plan(items(), machine, feed, &seams, start).inspect(|planned| {
@@ -127,7 +127,7 @@ fn check(legs: &[Leg], machine: &Machine, feed: Feed) -> Result<(), TestCaseErro
         with_buffers: true,
     };
     let commands = || Ok(ticks.iter().map(|tick| Ok::<_, Infallible>(Command::Tick(*tick))));
-    let path = || Ok(segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s))));
+    let path = || Ok(segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s))));
     let report = verify::verify(&setup, commands, path);
     let report = report.map_err(|error| TestCaseError::fail(error.to_string()))?;
     prop_assert_eq!(report.verdict, Verdict::Pass, "{}: {:?}", machine.id, report.failures);

@@ -20,7 +20,7 @@ fn program(text: &[u8], machine: &Machine) -> Vec<Segment> {
     let options = Options::default();
     let items = segments(motions(&source, machine, &options), machine);
     let segment = |item| match item {
-        PathItem::Segment(segment) => Some(segment),
+        PathItem::Segment(segment) => Some(Segment::clone(&segment)),
         PathItem::Event(_) => None,
     };
     items.filter_map(|item| segment(item.unwrap())).collect()

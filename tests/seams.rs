@@ -3,6 +3,7 @@
 
 use std::convert::Infallible;
 use std::f64::consts::TAU;
+use std::sync::Arc as Shared;
 
 use cnc::base::{Axis, AxisSet, Machine, Plane, Point};
 use cnc::path::{Arc, Curve, PathItem, Segment};
@@ -42,7 +43,7 @@ impl Pen {
         let (curve, corner) = (Curve::Line, Default::default());
         let to_mm = self.at;
         let segment = Segment { line, feed_mm_s, from_mm, to_mm, curve, corner };
-        self.path.push(PathItem::Segment(segment));
+        self.path.push(PathItem::from(segment));
     }
 }
 
@@ -57,6 +58,7 @@ impl Pen {
         ];
         self.go([0.0; 3], feed_mm_s);
         let Some(PathItem::Segment(segment)) = self.path.last_mut() else { return };
+        let segment = Shared::make_mut(segment);
         let end_rad = angle_from_rad + sweep_rad;
         segment.to_mm[x] = center_mm[0] + radius_mm * end_rad.cos();
         segment.to_mm[y] = center_mm[1] + radius_mm * end_rad.sin();

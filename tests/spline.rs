@@ -315,7 +315,7 @@ fn spline_segment(spline: &Spline, feed_mm_s: f64) -> Option<Segment> {
 /// The ticks of a job of one segment.
 fn run(segment: &Segment, machine: &Machine) -> Vec<Command> {
     let start = segment.from_mm;
-    let path = || [Ok::<_, Infallible>(PathItem::Segment(segment.clone()))].into_iter();
+    let path = || [Ok::<_, Infallible>(PathItem::from(segment.clone()))].into_iter();
     let Ok(seams) = plan::place(path(), machine, Feed::LookAhead);
     let plan = plan::plan(path(), machine, Feed::LookAhead, &seams, start);
     step::interpolate(plan, machine, start).map(|command| command.unwrap()).collect()
@@ -331,7 +331,7 @@ fn held(segment: &Segment, machine: &Machine, job: &[Command]) -> Report {
         with_buffers: true,
     };
     let commands = || Ok::<_, Infallible>(job.iter().cloned().map(Ok::<_, Infallible>));
-    let item = || Ok::<_, Infallible>(PathItem::Segment(segment.clone()));
+    let item = || Ok::<_, Infallible>(PathItem::from(segment.clone()));
     verify(&setup, commands, || Ok::<_, Infallible>([item()].into_iter())).unwrap()
 }
 

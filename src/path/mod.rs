@@ -31,9 +31,9 @@ pub fn segments<E>(
     motions.filter_map(move |motion| match motion {
         Ok(Motion::Event(event)) => Some(Ok(PathItem::Event(event))),
         Ok(Motion::Move(step)) if is_independent && step.kind == MoveKind::Rapid => {
-            rapid(&step, machine).map(|segment| Ok(PathItem::Segment(segment)))
+            rapid(&step, machine).map(|segment| Ok(segment.into()))
         }
-        Ok(Motion::Move(step)) => segment(&step).map(|segment| Ok(PathItem::Segment(segment))),
+        Ok(Motion::Move(step)) => segment(&step).map(|segment| Ok(segment.into())),
         Err(error) => Some(Err(error)),
     })
 }

@@ -18,10 +18,16 @@ use crate::interp::Corner;
 /// An item of the path: a curve, or an event at which the machine rests.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PathItem {
-    /// A piece of the path.
-    Segment(Segment),
+    /// A piece of the path: shared, since every stage behind looks at it.
+    Segment(Shared<Segment>),
     /// Something that happens between two pieces.
     Event(Event),
+}
+
+impl From<Segment> for PathItem {
+    fn from(segment: Segment) -> PathItem {
+        PathItem::Segment(Shared::new(segment))
+    }
 }
 
 /// A piece of the path: a line, arc, helix or spline from one position to another.

@@ -89,7 +89,7 @@ pub struct Blended<'a, I> {
 /// What is left of a segment: the way from a share of it on.
 #[derive(Debug)]
 struct Rest {
-    segment: Segment,
+    segment: Shared<Segment>,
     from: f64,
 }
 
@@ -127,7 +127,7 @@ impl<I> Blended<'_, I> {
         self.is_on && may_be_cut(segment)
     }
 
-    fn segment(&mut self, segment: Segment) {
+    fn segment(&mut self, segment: Shared<Segment>) {
         let mut from = 0.0;
         let curve = self
             .before
@@ -138,7 +138,7 @@ impl<I> Blended<'_, I> {
             (Some(curve), Some(before)) => {
                 from = curve.shares[1];
                 self.give(&before, curve.shares[0]);
-                self.ready.extend(curve.halves.map(PathItem::Segment));
+                self.ready.extend(curve.halves.map(PathItem::from));
             }
             (_, Some(before)) => self.give(&before, 1.0),
             (_, None) => {}
@@ -159,7 +159,12 @@ impl<I> Blended<'_, I> {
 
     fn give(&mut self, rest: &Rest, to: f64) {
         if rest.from < to {
-            self.ready.push_back(PathItem::Segment(part(&rest.segment, [rest.from, to])));
+            let whole = rest.from == 0.0 && to == 1.0;
+            self.ready.push_back(if whole {
+                PathItem::Segment(Shared::clone(&rest.segment))
+            } else {
+                part(&rest.segment, [rest.from, to]).into()
+            });
         }
     }
 }

@@ -52,7 +52,7 @@ impl<'a> Cutter<'a> {
                 self.before = None;
                 self.ready.push_back(Ahead::Event(event));
             }
-            PathItem::Segment(segment) => self.segment(Arc::new(segment)),
+            PathItem::Segment(segment) => self.segment(segment),
         }
     }
 

@@ -134,7 +134,7 @@ mod tests {
     /// Position after each tick of segments run one after the other, in steps.
     fn run(segments: Vec<Segment>) -> Vec<[i32; 2]> {
         let machine = Machine::load("starmill").unwrap();
-        let path = segments.into_iter().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+        let path = segments.into_iter().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
         let mut at = [0, 0];
         let mut positions = Vec::new();
         for command in encode(path, &machine) {

@@ -20,7 +20,7 @@ use least::{corner, least_s};
 use ways::{arc, at, line, moves};
 
 fn planned(segments: &[Segment], machine: &Machine) -> Vec<Profile> {
-    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
     let plan = plan::plan(items, machine, Feed::LookAhead, Seams::NONE, Point::ZERO);
     plan.filter_map(|planned| match planned {
         Ok(Planned::Profile(profile)) => Some(*profile),

@@ -17,7 +17,7 @@ use plane::least_s;
 use ways::{arc, at, line, moves};
 
 fn planned_s(segments: &[Segment], machine: &Machine) -> f64 {
-    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
     let plan = plan::plan(items, machine, Feed::LookAhead, Seams::NONE, Point::ZERO);
     let time = |planned: Result<Planned, Infallible>| match planned {
         Ok(Planned::Profile(profile)) => profile.ramp.duration_s(),

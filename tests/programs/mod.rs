@@ -54,7 +54,8 @@ fn program(path: &Path) -> Option<Program> {
     for item in path::segments(interp::motions(&source, &machine, &options), &machine) {
         let is_stop = match item.unwrap() {
             PathItem::Event(_) => true,
-            PathItem::Segment(mut segment) => {
+            PathItem::Segment(segment) => {
+                let mut segment = Segment::clone(&segment);
                 let is_stop = segment.corner == Corner::Stop;
                 segment.corner = Corner::Exact;
                 if segment.length_mm() > 0.0 {

@@ -29,7 +29,7 @@ impl Drawing {
         let line = self.line;
         let corner = Default::default();
         let segment = Segment { line, feed_mm_s, from_mm, to_mm, curve, corner };
-        self.path.push(PathItem::Segment(segment));
+        self.path.push(PathItem::from(segment));
         self.at = to;
         self
     }

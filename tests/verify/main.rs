@@ -496,7 +496,7 @@ fn turning() -> Vec<PathItem> {
         let mut to_mm = from_mm;
         (to_mm[Axis::X], to_mm[Axis::A]) = (x, a);
         let (feed_mm_s, curve, corner) = (Some(10.0), Curve::Line, Default::default());
-        path.push(PathItem::Segment(Segment { line, feed_mm_s, from_mm, to_mm, curve, corner }));
+        path.push(PathItem::from(Segment { line, feed_mm_s, from_mm, to_mm, curve, corner }));
         from_mm = to_mm;
     }
     path

@@ -9,7 +9,7 @@ use cnc::step;
 use cnc::verify::{self, Report, Setup};
 
 fn items(segments: &[Segment]) -> impl Iterator<Item = Result<PathItem, Infallible>> {
-    segments.iter().cloned().map(|segment| Ok(PathItem::Segment(segment)))
+    segments.iter().cloned().map(|segment| Ok(PathItem::from(segment)))
 }
 
 pub fn ticks(segments: &[Segment], machine: &Machine) -> Vec<Tick> {

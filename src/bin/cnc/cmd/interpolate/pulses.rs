@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
 use cnc::base::rounding::six_digits;
@@ -32,7 +33,7 @@ struct Whole {
 pub fn report(program: &Program, as_json: bool, svg: Option<&PathBuf>) -> Outcome {
     let mut pulses = 0;
     for segment in segments(program) {
-        match count(&segment?, &program.machine) {
+        match count(&*segment?, &program.machine) {
             Ok(count) => pulses += u64::from(count.pulses),
             Err(reason) => {
                 say!("error: {}: {reason}", program.source.name());
@@ -54,7 +55,7 @@ pub fn report(program: &Program, as_json: bool, svg: Option<&PathBuf>) -> Outcom
     Ok(Exit::Ok)
 }
 
-fn segments(program: &Program) -> impl Iterator<Item = Result<Segment, Failure>> {
+fn segments(program: &Program) -> impl Iterator<Item = Result<Arc<Segment>, Failure>> {
     program.path().filter_map(|item| match item {
         Ok(PathItem::Segment(segment)) => Some(Ok(segment)),
         Ok(PathItem::Event(_)) => None,

@@ -253,7 +253,7 @@ impl Lead<'_> {
         let Some(start_mm) = way.first().map(|segment| segment.from_mm) else {
             return Ok(Job::of_steps(Vec::new(), start_steps, self.machine));
         };
-        let path = || way.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::Segment(s)));
+        let path = || way.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
         let seams = plan::place(path(), self.machine, Feed::LookAhead)?;
         let plan = plan::plan(path(), self.machine, Feed::LookAhead, &seams, start_mm);
         let commands = step::interpolate(plan, self.machine, start_mm);
