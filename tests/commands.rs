@@ -8,7 +8,7 @@ use std::process::Command;
 /// What a command prints with `--help`.
 fn help(path: &[&str]) -> String {
     let mut process = Command::new(env!("CARGO_BIN_EXE_cnc"));
-    process.env_remove("CNC_MACHINE").env("NO_COLOR", "1");
+    process.env_remove("CNC_MACHINE").env_remove("COLUMNS").env("NO_COLOR", "1");
     let output = process.args(path).arg("--help").output().unwrap();
     assert!(output.status.success(), "{path:?}");
     String::from_utf8(output.stdout).unwrap()
