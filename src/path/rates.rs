@@ -48,6 +48,22 @@ impl Segment {
     }
 }
 
+impl Segment {
+    /// The first derivatives at both ends of a segment of this length, which is not zero.
+    pub fn tangents(&self, length_mm: f64) -> [Point; 2] {
+        match &self.curve {
+            Curve::Line => {
+                let mut tangent = Point::ZERO;
+                for i in 0..AXES {
+                    tangent.0[i] = (self.to_mm.0[i] - self.from_mm.0[i]) / length_mm;
+                }
+                [tangent; 2]
+            }
+            Curve::Arc(_) | Curve::Spline(_) => [0.0, 1.0].map(|end| self.rates_at(end).tangent),
+        }
+    }
+}
+
 impl Rates {
     /// Part of the way to others.
     pub fn toward(&self, end: &Rates, share: f64) -> Rates {

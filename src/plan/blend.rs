@@ -28,11 +28,12 @@ use std::iter::Fuse;
 use std::sync::Arc as Shared;
 
 use crate::base::axis::AXES;
-use crate::base::{Axis, AxisMap, Machine, Point, Spline};
+use crate::base::{Axis, AxisMap, Point, Spline};
 use crate::path::{Arc, Corner, Curve, MeasuredSpline, PathItem, Rates, Segment};
 
 use super::Feed;
-use super::junction::Junction;
+use super::junction::{End, Junction};
+use super::limits::Limits;
 
 /// Share of `path_tolerance_mm` that is left for the chords that ticks make of the curve.
 const CHORD_SHARE: f64 = 0.5;
@@ -67,19 +68,20 @@ const SAMPLES: usize = 16;
 const ROUNDS_MAX: usize = 8;
 
 /// A path with its corners rounded where G64 lets them be.
-pub fn blended<'a, E, I>(path: I, machine: &'a Machine, feed: Feed) -> Blended<'a, I>
+pub fn blended<E, I>(path: I, limits: &Limits, feed: Feed) -> Blended<I>
 where
     I: Iterator<Item = Result<PathItem, E>>,
 {
     let is_on = feed == Feed::LookAhead;
-    Blended { path: path.fuse(), machine, is_on, before: None, ready: VecDeque::new() }
+    let limits = limits.clone();
+    Blended { path: path.fuse(), limits, is_on, before: None, ready: VecDeque::new() }
 }
 
 /// See [`blended`].
 #[derive(Debug)]
-pub struct Blended<'a, I> {
+pub struct Blended<I> {
     path: Fuse<I>,
-    machine: &'a Machine,
+    limits: Limits,
     is_on: bool,
     /// A segment whose end may become a curve.
     before: Option<Rest>,
@@ -93,7 +95,7 @@ struct Rest {
     from: f64,
 }
 
-impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Blended<'_, I> {
+impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Blended<I> {
     type Item = Result<PathItem, E>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -122,7 +124,7 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Blended<'_, I> {
     }
 }
 
-impl<I> Blended<'_, I> {
+impl<I> Blended<I> {
     fn may_end_in_curve(&self, segment: &Segment) -> bool {
         self.is_on && may_be_cut(segment)
     }
@@ -133,7 +135,7 @@ impl<I> Blended<'_, I> {
             .before
             .as_ref()
             .filter(|_| may_be_cut(&segment))
-            .and_then(|before| Turn::new(&before.segment, &segment, self.machine)?.curve());
+            .and_then(|before| Turn::new(&before.segment, &segment, &self.limits)?.curve());
         match (curve, self.before.take()) {
             (Some(curve), Some(before)) => {
                 from = curve.shares[1];
@@ -241,18 +243,20 @@ struct Side {
 
 impl<'a> Turn<'a> {
     /// None where the corner needs no slowing, or is no corner but a turn back.
-    fn new(before: &'a Segment, after: &'a Segment, machine: &Machine) -> Option<Turn<'a>> {
+    fn new(before: &'a Segment, after: &'a Segment, limits: &Limits) -> Option<Turn<'a>> {
         let Corner::Blend { tolerance_mm } = before.corner else { return None };
         let rates = [before.rates_at(1.0), after.rates_at(0.0)];
-        let sides = [side(before, &rates[0], machine), side(after, &rates[1], machine)];
-        let junction = Junction::between(before, after, machine);
-        let tick_s = machine.bus.tick_s();
-        let tick_mm_s = 4.0 * machine.path_tolerance_mm / junction.turn_rad / tick_s;
+        let sides = [side(before, &rates[0], limits), side(after, &rates[1], limits)];
+        let [[_, end], [start, _]] =
+            [before, after].map(|segment| End::both(segment, segment.length_mm()));
+        let (junction, _) = Junction::between(&end, &start, limits);
+        let tick_s = limits.tick_s;
+        let tick_mm_s = 4.0 * limits.path_tolerance_mm / junction.turn_rad / tick_s;
         let corner_mm_s = junction.speed_sq_max.sqrt().min(tick_mm_s);
         if corner_mm_s >= sides[0].speed_mm_s.min(sides[1].speed_mm_s) {
             return None;
         }
-        let own_mm = machine.path_tolerance_mm;
+        let own_mm = limits.path_tolerance_mm;
         let off_mm = tolerance_mm.unwrap_or(own_mm);
         let lengths_mm = [before.length_mm(), after.length_mm()];
         let changes = AxisMap::from_fn(|axis| rates[1].tangent[axis] - rates[0].tangent[axis]);
@@ -261,9 +265,8 @@ impl<'a> Turn<'a> {
             return None;
         }
         let chord_mm_s2 = 8.0 * CHORD_SHARE * own_mm / (tick_s * tick_s);
-        let accels =
-            machine.axes.iter().map(|axis| axis.accel_max_mm_s2 / changes[axis.axis].abs());
-        let turning = machine.axes.iter().filter(|axis| changes[axis.axis] != 0.0);
+        let accels = limits.axes.iter().map(|axis| axis.accel_max_mm_s2 / changes[axis.axis].abs());
+        let turning = limits.axes.iter().filter(|axis| changes[axis.axis] != 0.0);
         let jerks = turning.filter_map(|axis| axis.jerk_max_mm_s3);
         let reaches = [0, 1].map(|i| (0.5 * lengths_mm[i]).min(ARC_MAX_RAD / bend(&rates[i])));
         Some(Turn {
@@ -396,16 +399,14 @@ impl<'a> Turn<'a> {
     }
 }
 
-fn side(segment: &Segment, rates: &Rates, machine: &Machine) -> Side {
+fn side(segment: &Segment, rates: &Rates, limits: &Limits) -> Side {
     let mut speed_sq = segment.feed_mm_s.unwrap_or(f64::INFINITY).powi(2);
     let mut accel_mm_s2 = f64::INFINITY;
-    for profile in &machine.axes {
-        let (rate, bend) = (rates.tangent[profile.axis], rates.bend_per_mm[profile.axis]);
-        let count_mm = f64::from(machine.count_max(profile)) / profile.steps_per_mm;
-        let speed_mm_s = profile.speed_max_mm_s.min(count_mm / machine.bus.tick_s());
-        speed_sq = speed_sq.min((speed_mm_s / rate).powi(2));
-        speed_sq = speed_sq.min(profile.accel_max_mm_s2 / bend.abs());
-        accel_mm_s2 = accel_mm_s2.min(profile.accel_max_mm_s2 / rate.abs());
+    for limit in &limits.axes {
+        let (rate, bend) = (rates.tangent[limit.axis], rates.bend_per_mm[limit.axis]);
+        speed_sq = speed_sq.min((limit.speed_max_mm_s / rate).powi(2));
+        speed_sq = speed_sq.min(limit.accel_max_mm_s2 / bend.abs());
+        accel_mm_s2 = accel_mm_s2.min(limit.accel_max_mm_s2 / rate.abs());
     }
     Side { speed_mm_s: speed_sq.sqrt(), accel_mm_s2 }
 }

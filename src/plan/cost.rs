@@ -52,16 +52,22 @@ impl Cost {
     }
 
     /// The part of a buffer's cost that hangs on where it begins, with what it costs to get there.
-    /// Together with [`Cost::end_s`] and the fills it is the cost up to the buffer's end, or less.
+    /// Together with [`Cost::end_s`] and the fills, less [`Cost::shift_s`], it is the cost up to the buffer's
+    /// end, or less.
     pub fn start_s(&self, cost_s: f64, start: &Place) -> f64 {
         let left_ticks = start.at_ticks - start.after_ticks - start.unsure_ticks;
         cost_s + (left_ticks + start.waits as f64) * self.pad_s
     }
 
-    /// The part of a buffer's pads that hangs on where it ends, or less.
+    /// The part of a buffer's pads that hangs on where it ends, if no event is in it.
     pub fn end_s(&self, end: &Place) -> f64 {
         let ticks = end.at_ticks + end.before_ticks + end.unsure_ticks + end.waits as f64;
-        (self.entries - ticks - SHIFT_TICKS) * self.pad_s
+        (self.entries - ticks) * self.pad_s
+    }
+
+    /// By how much the pads may be less where a buffer begins at one place or at a later one.
+    pub fn shift_s(&self, start: &Place, end: &Place) -> f64 {
+        if end.stretch > start.stretch { SHIFT_TICKS * self.pad_s } else { 0.0 }
     }
 
     /// Fills and pads of a buffer in which these axes move; none if it is too long.

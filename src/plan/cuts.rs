@@ -3,26 +3,33 @@
 use std::sync::Arc;
 use std::vec;
 
-use crate::base::Machine;
 use crate::path::{Curve, Rates, Segment};
 
-use super::junction::Junction;
+use super::junction::{End, Junction};
+use super::limits::Limits;
 use super::piece::{Piece, TURN_MAX_RAD};
+
+/// What a segment is cut into.
+#[derive(Debug)]
+pub enum Cuts {
+    /// It is one piece.
+    One(Piece),
+    /// It is more, or may be.
+    Many(Parts),
+}
 
 /// The pieces of a segment, in order, each with the junction at its start.
 #[derive(Debug)]
-pub enum Cuts {
-    /// A line that is one piece.
-    One(Option<Box<Piece>>),
+pub enum Parts {
     /// A line or an arc, in equal parts.
-    Equal(Box<EqualCuts>),
+    Equal(Box<EqualParts>),
     /// A spline: no more than its spans by a few.
     Spline(vec::IntoIter<Piece>),
 }
 
-/// See [`Cuts::Equal`].
+/// See [`Parts::Equal`].
 #[derive(Debug)]
-pub struct EqualCuts {
+pub struct EqualParts {
     whole: Piece,
     length_mm: f64,
     count: u64,
@@ -35,20 +42,29 @@ pub struct EqualCuts {
 }
 
 impl Cuts {
-    /// Of a segment with this junction at its start. Without ramps lines and arcs are run at the speed that
+    /// Of a segment with this start, and this junction there. Without ramps lines and arcs are run at the speed that
     /// the whole of them can be run at, whatever accelerations that takes.
-    pub fn new(segment: &Arc<Segment>, machine: &Machine, ramps: bool, first: Junction) -> Cuts {
+    pub fn new(
+        segment: &Arc<Segment>,
+        start: &End,
+        limits: &Limits,
+        ramps: bool,
+        first: Junction,
+    ) -> Cuts {
         if let Curve::Spline(spline) = &segment.curve {
             let mut pieces = Vec::new();
             let take = |piece| pieces.push(piece);
-            Piece::cut_spline(segment, spline.spans(), machine, ramps, first, take);
-            return Cuts::Spline(pieces.into_iter());
+            Piece::cut_spline(segment, spline.spans(), limits, ramps, first, take);
+            return Cuts::Many(Parts::Spline(pieces.into_iter()));
         }
-        let mut whole = Piece::whole(segment, machine);
+        let mut whole = match &segment.curve {
+            Curve::Line => Piece::whole(segment, start.length_mm, &start.tangent, limits),
+            _ => Piece::whole(segment, start.length_mm, &segment.axis_speeds(), limits),
+        };
         if !ramps {
             whole.without_ramps();
         }
-        let least = whole.least_count(machine);
+        let least = whole.least_count(limits);
         let turn_rad = match &segment.curve {
             Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
             Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
@@ -58,30 +74,31 @@ impl Cuts {
         let count = count.max(least).ceil() as u64;
         if count == 1 && turn_rad == 0.0 {
             whole.junction = first;
-            return Cuts::One(Some(Box::new(whole)));
+            return Cuts::One(whole);
         }
-        Cuts::Equal(Box::new(EqualCuts {
+        Cuts::Many(Parts::Equal(Box::new(EqualParts {
             length_mm: whole.length_mm / count as f64,
             rates: (turn_rad > 0.0).then(|| segment.rates_at(0.0)),
             whole,
             count,
             given: 0,
             junction: first,
-        }))
+        })))
     }
+}
 
+impl Parts {
     /// The next piece.
-    pub fn next(&mut self, machine: &Machine) -> Option<Box<Piece>> {
+    pub fn next(&mut self, limits: &Limits) -> Option<Piece> {
         match self {
-            Cuts::One(piece) => piece.take(),
-            Cuts::Equal(cuts) => cuts.next(machine).map(Box::new),
-            Cuts::Spline(pieces) => pieces.next().map(Box::new),
+            Parts::Equal(parts) => parts.next(limits),
+            Parts::Spline(pieces) => pieces.next(),
         }
     }
 }
 
-impl EqualCuts {
-    fn next(&mut self, machine: &Machine) -> Option<Piece> {
+impl EqualParts {
+    fn next(&mut self, limits: &Limits) -> Option<Piece> {
         if self.given == self.count {
             return None;
         }
@@ -94,7 +111,7 @@ impl EqualCuts {
             Some(rates) => {
                 let to = segment.rates_at(shares[1]);
                 let ends = [std::mem::replace(rates, to), to];
-                Piece::bent(segment, shares, length_mm, &ends, machine)
+                Piece::bent(segment, shares, length_mm, &ends, limits)
             }
             None => self.whole.clone(),
         };

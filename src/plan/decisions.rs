@@ -4,6 +4,7 @@ use crate::base::Machine;
 use crate::path::PathItem;
 
 use super::blend::{Blended, blended};
+use super::limits::Limits;
 use super::lookahead::{Decided, LookAhead};
 use super::source::Cutter;
 use super::{Feed, Seams};
@@ -11,9 +12,9 @@ use super::{Feed, Seams};
 /// The decisions of the look-ahead over a path, in order; errors of the path pass through.
 #[derive(Debug)]
 pub struct Decisions<'a, I> {
-    path: Blended<'a, I>,
+    path: Blended<I>,
     cutter: Cutter<'a>,
-    ahead: LookAhead<'a>,
+    ahead: LookAhead,
     ended: bool,
 }
 
@@ -23,10 +24,11 @@ impl<'a, I> Decisions<'a, I> {
     where
         I: Iterator<Item = Result<PathItem, E>>,
     {
+        let limits = Limits::new(machine);
         Decisions {
-            path: blended(path, machine, feed),
-            cutter: Cutter::new(machine, feed, seams),
-            ahead: LookAhead::new(machine, feed),
+            path: blended(path, &limits, feed),
+            ahead: LookAhead::new(&limits, feed),
+            cutter: Cutter::new(limits, feed, seams),
             ended: false,
         }
     }
@@ -40,16 +42,16 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Decisions<'_, I> {
             if let Some(decided) = self.ahead.pop() {
                 return Some(Ok(decided));
             }
-            if let Some(item) = self.cutter.pop() {
-                self.ahead.push(item);
+            if self.cutter.cut(&mut self.ahead) {
                 continue;
             }
             if self.ended {
                 return None;
             }
             match self.path.next() {
-                Some(Ok(item)) => self.cutter.push(item),
+                Some(Ok(item)) => self.cutter.push(item, &mut self.ahead),
                 Some(Err(error)) => return Some(Err(error)),
+                None if self.cutter.finish(&mut self.ahead) => {}
                 None => {
                     self.ended = true;
                     self.ahead.finish();

@@ -160,7 +160,7 @@ impl<I> Explainer<'_, I> {
         self.waiting = Some((speed, Behind { pieces: Vec::new(), enough: PIECES_MIN }));
     }
 
-    fn run(&mut self, piece: Box<Piece>, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
+    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
         let start_limit_sq = piece.junction.speed_sq_max;
         let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
         let top_bound = Bound::of(&piece, ends_mm_s, ramp, at_seam);
@@ -189,7 +189,7 @@ impl<I> Explainer<'_, I> {
             (block.speed.top_mm_s, block.speed.top_bound) = (top_mm_s, top_bound);
         }
         let Some((_, behind)) = &mut self.waiting else { return };
-        behind.pieces.push(*piece);
+        behind.pieces.push(piece);
         if behind.pieces.len() >= behind.enough {
             behind.enough *= 2;
             self.try_settle(ends_mm_s[1]);

@@ -14,10 +14,10 @@
 
 use std::f64::consts::PI;
 
-use crate::base::{Axis, Machine};
+use crate::base::Axis;
 use crate::path::Span;
 
-use super::schedule::accel_max_mm_s2;
+use super::limits::Limits;
 
 /// A chord may be so much longer than at an even speed: it uses up its share of the path tolerance by as
 /// much more, and the rest of that is for corners, of which a bend that no corner is near has none.
@@ -25,16 +25,16 @@ const LONGER: f64 = 1.25;
 
 /// Squares of the greatest speeds along the spans of a spline; infinite where its bends ask for none. A
 /// chord may be off by so much, and nothing is faster than `fastest_mm_s`.
-pub fn speeds_sq(spans: &[Span], off_mm: f64, fastest_mm_s: f64, machine: &Machine) -> Vec<f64> {
-    let tick_s = machine.bus.tick_s();
-    let gain_mm = 0.25 * accel_max_mm_s2(machine) * tick_s * tick_s;
+pub fn speeds_sq(spans: &[Span], off_mm: f64, fastest_mm_s: f64, limits: &Limits) -> Vec<f64> {
+    let tick_s = limits.tick_s;
+    let gain_mm = 0.25 * limits.accel_max_mm_s2 * tick_s * tick_s;
     let mut limits_sq = vec![f64::INFINITY; spans.len()];
     for first in 0..spans.len() {
         let (mut turn_rad, mut span_mm, mut slowest_mm_s) = (0.0, 0.0, fastest_mm_s);
         for span in &spans[first..] {
             turn_rad += turn(span);
             span_mm += span.length_mm;
-            slowest_mm_s = slowest_mm_s.min(own_mm_s(span, off_mm, machine));
+            slowest_mm_s = slowest_mm_s.min(own_mm_s(span, off_mm, limits));
             // Of a longer stretch, shorter ones tell.
             if turn_rad * span_mm > 8.0 * off_mm || span_mm > fastest_mm_s * tick_s {
                 break;
@@ -66,12 +66,11 @@ fn turn(span: &Span) -> f64 {
 }
 
 /// The speed that a span's own bend allows, by the sagitta of a tick and by the axes' accelerations.
-fn own_mm_s(span: &Span, off_mm: f64, machine: &Machine) -> f64 {
-    let tick_s = machine.bus.tick_s();
+fn own_mm_s(span: &Span, off_mm: f64, limits: &Limits) -> f64 {
+    let tick_s = limits.tick_s;
     let bends = Axis::LINEAR.into_iter().zip(span.bends_per_mm);
     let bend_per_mm = bends.clone().map(|(_, bend)| bend * bend).sum::<f64>().sqrt();
-    let limits = bends.filter_map(|(axis, bend)| {
-        machine.axis(axis).map(|profile| profile.accel_max_mm_s2 / bend.abs())
-    });
-    limits.fold(8.0 * off_mm / bend_per_mm / (tick_s * tick_s), f64::min).sqrt()
+    let own = bends
+        .filter_map(|(axis, bend)| limits.axis(axis).map(|own| own.accel_max_mm_s2 / bend.abs()));
+    own.fold(8.0 * off_mm / bend_per_mm / (tick_s * tick_s), f64::min).sqrt()
 }

@@ -14,11 +14,11 @@
 //! begins or ends within a way sees up to the longer way's share of a step uncounted, so steps are held
 //! to half of one there. Beside one short way a step is half as well: two of them make one.
 
-use crate::base::machine::AxisProfile;
-use crate::base::{Axis, AxisMap, Machine, Point};
-use crate::path::{Corner, Rates, Segment};
+use crate::base::{Axis, AxisMap, Point};
+use crate::path::{Corner, Segment};
 
 use super::Bound;
+use super::limits::Limits;
 
 /// Changes of direction below this are rounding of positions, not corners.
 const STRAIGHT: f64 = 1e-9;
@@ -35,12 +35,10 @@ pub struct Junction {
     pub bound: Bound,
     /// Angle between the directions in X, Y and Z, for the chords that ticks make of it.
     pub turn_rad: f64,
-    /// How the path bends there, where it is less a corner than a point of a chopped curve: the change
-    /// of direction over the mean length. It takes its share of the axes' acceleration.
-    pub bend_per_mm: Option<Point>,
 }
 
-/// A point of a chopped curve.
+/// How the path bends in a junction that is less a corner than a point of a chopped curve. It takes its
+/// share of the axes' acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {
     /// The change of direction over the mean length.
@@ -49,78 +47,90 @@ pub struct Bend {
     pub speed_sq_max: f64,
 }
 
+/// The end of a segment in a junction.
+#[derive(Clone, Copy, Debug)]
+pub struct End {
+    /// Derivatives of the position by the way there.
+    pub tangent: Point,
+    /// Length of the segment.
+    pub length_mm: f64,
+    /// Its feed; infinite of a rapid.
+    pub feed_mm_s: f64,
+    /// The machine stops there.
+    pub stops: bool,
+}
+
+impl End {
+    /// Both ends of a segment of this length.
+    pub fn both(segment: &Segment, length_mm: f64) -> [End; 2] {
+        let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        let stops = segment.corner == Corner::Stop;
+        let end = |tangent| End { tangent, length_mm, feed_mm_s, stops: false };
+        let [from, to] = segment.tangents(length_mm).map(end);
+        [from, End { stops, ..to }]
+    }
+}
+
 impl Junction {
     /// Where the machine is at rest anyway.
-    pub const REST: Junction =
-        Junction { speed_sq_max: 0.0, bound: Bound::Stop, turn_rad: 0.0, bend_per_mm: None };
+    pub const REST: Junction = Junction { speed_sq_max: 0.0, bound: Bound::Stop, turn_rad: 0.0 };
 
     /// Where nothing changes.
-    pub const STRAIGHT: Junction = Junction {
-        speed_sq_max: f64::INFINITY,
-        bound: Bound::Feed,
-        turn_rad: 0.0,
-        bend_per_mm: None,
-    };
-
-    /// How the path bends there, if it is a point of a chopped curve.
-    pub fn bend(&self) -> Option<Bend> {
-        self.bend_per_mm.map(|per_mm| Bend { per_mm, speed_sq_max: self.speed_sq_max })
-    }
+    pub const STRAIGHT: Junction =
+        Junction { speed_sq_max: f64::INFINITY, bound: Bound::Feed, turn_rad: 0.0 };
 
     /// The same, at rest.
     pub fn stopped(self) -> Junction {
         Junction { turn_rad: self.turn_rad, ..Junction::REST }
     }
 
-    /// Between two segments.
-    pub fn between(before: &Segment, after: &Segment, machine: &Machine) -> Junction {
-        let lengths_mm = [before.length_mm(), after.length_mm()];
-        let [a, b] = [before.rates_at(1.0), after.rates_at(0.0)];
-        let feed = |segment: &Segment| segment.feed_mm_s.unwrap_or(f64::INFINITY);
-        let feed_mm_s = feed(before).min(feed(after));
-        let junction = Junction::at(&a, &b, lengths_mm, feed_mm_s, machine);
-        if before.corner == Corner::Stop { junction.stopped() } else { junction }
+    /// Between two segments, and how the path bends there.
+    pub fn between(before: &End, after: &End, limits: &Limits) -> (Junction, Option<Bend>) {
+        let lengths_mm = [before.length_mm, after.length_mm];
+        let feed_mm_s = before.feed_mm_s.min(after.feed_mm_s);
+        let tangents = [&before.tangent, &after.tangent];
+        let (junction, bend) = Junction::at(tangents, lengths_mm, feed_mm_s, limits);
+        if before.stops { (junction.stopped(), None) } else { (junction, bend) }
     }
 
     /// Where the derivatives change; between ways of these lengths, at this speed at most.
     pub fn at(
-        a: &Rates,
-        b: &Rates,
+        [a, b]: [&Point; 2],
         lengths_mm: [f64; 2],
         feed_mm_s: f64,
-        machine: &Machine,
-    ) -> Junction {
+        limits: &Limits,
+    ) -> (Junction, Option<Bend>) {
         let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
-        let change = AxisMap::from_fn(|axis| b.tangent[axis] - a.tangent[axis]);
         let mean_mm = 0.5 * (lengths_mm[0] + lengths_mm[1]);
         let mut fastest_mm_s = feed_mm_s;
-        for profile in &machine.axes {
-            let axis = profile.axis;
-            let change = change[axis].abs();
+        for limit in &limits.axes {
+            let axis = limit.axis;
+            let change = (b[axis] - a[axis]).abs();
             if change > STRAIGHT {
-                let jump_mm_s = jump_mm_s(profile, machine) / change;
-                let spread_sq = profile.accel_max_mm_s2 * mean_mm / change;
+                let jump_mm_s = limit.jump_mm_s / change;
+                let spread_sq = limit.accel_max_mm_s2 * mean_mm / change;
                 let speed_sq = (jump_mm_s * jump_mm_s).min(spread_sq);
                 if speed_sq < junction.speed_sq_max {
                     junction.speed_sq_max = speed_sq;
                     junction.bound = Bound::Corner(axis);
                 }
-                let rate = a.tangent[axis].abs().max(b.tangent[axis].abs());
-                fastest_mm_s = fastest_mm_s.min(profile.speed_max_mm_s / rate);
+                let rate = a[axis].abs().max(b[axis].abs());
+                fastest_mm_s = fastest_mm_s.min(limit.speed_max_mm_s / rate);
             }
         }
-        if junction.speed_sq_max < f64::INFINITY {
-            let is_curve = junction.share(lengths_mm, fastest_mm_s, machine);
-            junction.bend_per_mm =
-                is_curve.then(|| AxisMap::from_fn(|axis| change[axis] / mean_mm));
+        if junction.speed_sq_max == f64::INFINITY
+            || !junction.share(lengths_mm, fastest_mm_s, limits.tick_s)
+        {
+            return (junction, None);
         }
-        junction
+        let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) / mean_mm);
+        (junction, Some(Bend { per_mm, speed_sq_max: junction.speed_sq_max }))
     }
 
     /// Leaves room for the neighbours' steps of speed, where verify's widest window sees both, and
     /// tells whether it is a point of a chopped curve.
-    fn share(&mut self, lengths_mm: [f64; 2], fastest_mm_s: f64, machine: &Machine) -> bool {
-        let window_s = WINDOW_TICKS * machine.bus.tick_s();
+    fn share(&mut self, lengths_mm: [f64; 2], fastest_mm_s: f64, tick_s: f64) -> bool {
+        let window_s = WINDOW_TICKS * tick_s;
         let jump_mm_s = self.speed_sq_max.sqrt();
         let window_mm = jump_mm_s.min(fastest_mm_s) * window_s;
         let [shorter_mm, longer_mm] =
@@ -136,14 +146,9 @@ impl Junction {
     }
 }
 
-/// The speed step that an axis may make at once.
-fn jump_mm_s(profile: &AxisProfile, machine: &Machine) -> f64 {
-    (profile.accel_max_mm_s2 * machine.bus.tick_s()).max(profile.start_speed_mm_s)
-}
-
 /// The angle between two directions in X, Y and Z; 0 where one of them does not move these.
-fn angle(a: &Rates, b: &Rates) -> f64 {
-    let [a, b] = [a, b].map(|rates| Axis::LINEAR.map(|axis| rates.tangent[axis]));
+fn angle(a: &Point, b: &Point) -> f64 {
+    let [a, b] = [a, b].map(|tangent| Axis::LINEAR.map(|axis| tangent[axis]));
     let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let turn_rad = dot(&cross, &cross).sqrt().atan2(dot(&a, &b));

@@ -19,10 +19,11 @@
 
 use std::collections::VecDeque;
 
-use crate::base::{Event, Machine};
+use crate::base::Event;
 use crate::path::Curve;
 
 use super::jerk::Smoother;
+use super::limits::Limits;
 use super::piece::Piece;
 use super::{Bound, Feed, Ramp, SeamKind};
 
@@ -30,7 +31,7 @@ use super::{Bound, Feed, Ramp, SeamKind};
 #[derive(Clone, Debug)]
 pub enum Ahead {
     /// A piece of the path, from rest or from the piece before.
-    Piece(Box<Piece>),
+    Piece(Piece),
     /// Something that happens at rest.
     Event(Event),
     /// A node buffer ends and the next begins, at rest.
@@ -39,11 +40,12 @@ pub enum Ahead {
 
 /// An item whose speeds are decided.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly all are pieces: boxes would cost more")]
 pub enum Decided {
     /// A piece of the path.
     Piece {
         /// The piece.
-        piece: Box<Piece>,
+        piece: Piece,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
         /// How it is run between them.
@@ -68,13 +70,10 @@ const LINES_SHARE: f64 = 0.98;
 
 /// Looks ahead over a stream of pieces.
 #[derive(Debug)]
-pub struct LookAhead<'a> {
-    machine: &'a Machine,
+pub struct LookAhead {
     has_ramps: bool,
     tick_s: f64,
     tolerance_mm: f64,
-    /// The newest item, until it is known what follows.
-    newest: Option<Ahead>,
     queue: VecDeque<Queued>,
     /// Square of the speed at the start of the queue.
     start_sq: f64,
@@ -125,59 +124,29 @@ fn is_own_stop(item: &Ahead) -> bool {
     matches!(item, Ahead::Seam(SeamKind::Rapid | SeamKind::Cut))
 }
 
-impl<'a> LookAhead<'a> {
+impl LookAhead {
     /// From rest.
-    pub fn new(machine: &'a Machine, feed: Feed) -> LookAhead<'a> {
+    pub fn new(limits: &Limits, feed: Feed) -> LookAhead {
         let has_ramps = feed != Feed::Constant;
-        let has_jerk = machine.axes.iter().any(|axis| axis.jerk_max_mm_s3.is_some());
         LookAhead {
-            machine,
             has_ramps,
-            tick_s: machine.bus.tick_s(),
-            tolerance_mm: machine.path_tolerance_mm,
-            newest: None,
+            tick_s: limits.tick_s,
+            tolerance_mm: limits.path_tolerance_mm,
             queue: VecDeque::new(),
             start_sq: 0.0,
             is_at_seam: false,
             decided: 0,
             enough: ITEMS_MIN,
-            smoother: (has_ramps && has_jerk).then(Smoother::new),
+            smoother: (has_ramps && limits.has_jerk).then(Smoother::new),
         }
     }
 
     /// Takes the next item.
     pub fn push(&mut self, item: Ahead) {
-        if let Some(before) = self.newest.replace(item) {
-            self.queue_up(before);
-        }
-    }
-
-    /// No item follows: the path ends at rest.
-    pub fn finish(&mut self) {
-        if let Some(last) = self.newest.take() {
-            self.queue_up(last);
-        }
-        if self.has_ramps {
-            self.backward();
-            self.forward();
-        }
-        self.decided = self.queue.len();
-    }
-
-    /// Queues an item, now that it is known what follows.
-    fn queue_up(&mut self, mut item: Ahead) {
         if !self.has_ramps {
             self.queue.push_back(Queued { item, entry_sq: 0.0 });
             self.decided = self.queue.len();
             return;
-        }
-        if let Ahead::Piece(piece) = &mut item {
-            let bend_after = match &self.newest {
-                Some(Ahead::Piece(next)) => next.junction.bend(),
-                Some(Ahead::Event(_) | Ahead::Seam(_)) | None => None,
-            };
-            let bend_before = piece.junction.bend();
-            piece.bend([bend_before, bend_after], self.machine);
         }
         self.queue.push_back(Queued { item, entry_sq: 0.0 });
         self.hold_corner();
@@ -186,7 +155,17 @@ impl<'a> LookAhead<'a> {
         }
     }
 
+    /// No item follows: the path ends at rest.
+    pub fn finish(&mut self) {
+        if self.has_ramps {
+            self.backward();
+            self.forward();
+        }
+        self.decided = self.queue.len();
+    }
+
     /// Gives the next item whose motion is decided, if there is one.
+    #[inline]
     pub fn pop(&mut self) -> Option<Decided> {
         if self.smoother.is_none() {
             return self.pop_speeds();
@@ -201,6 +180,7 @@ impl<'a> LookAhead<'a> {
     }
 
     /// Gives the next item whose speeds are decided, if there is one.
+    #[inline]
     fn pop_speeds(&mut self) -> Option<Decided> {
         if self.decided == 0 {
             return None;

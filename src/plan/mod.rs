@@ -4,7 +4,7 @@
 //! begin anew at each block. The passes, each in its file:
 //!
 //! 1. `blend`: corners under G64 rounded within their tolerance;
-//! 2. `cuts`, `piece`: segments cut so short that one acceleration does for a piece, and how fast axes,
+//! 2. `limits`, `cuts`, `piece`: segments cut so short that one acceleration does for a piece, and how fast axes,
 //!    bus and tick let it go;
 //! 3. `junction`: how fast the path may be where segments meet;
 //! 4. `lookahead`: the greatest speeds within all that, over the whole program;
@@ -28,6 +28,7 @@ mod groups;
 mod hairpin;
 mod jerk;
 mod junction;
+mod limits;
 mod lookahead;
 mod piece;
 mod places;

@@ -12,12 +12,12 @@ use std::sync::Arc;
 
 use smallvec::SmallVec;
 
-use crate::base::machine::AxisProfile;
-use crate::base::{Axis, Machine};
+use crate::base::{Axis, Point};
 use crate::path::{Curve, Rates, Segment, Span};
 
 use super::jerk::JerkLimit;
 use super::junction::{Bend, Junction};
+use super::limits::{AxisLimits, Limits};
 use super::{Bound, Ramp, hairpin};
 
 /// How far a curve turns in a piece at most: 1.25 degrees.
@@ -32,14 +32,8 @@ const INSIDE: f64 = 1.0 + TURN_MAX_RAD * TURN_MAX_RAD / 2.0;
 /// corners within a tick.
 const CHORD_SHARE: f64 = 0.5;
 
-/// Pieces of a segment that takes a whole buffer, at least.
-const PIECES_A_BUFFER: f64 = 64.0;
-
 /// Conditions of a piece in X, Y and Z.
 const PULLS_MOSTLY: usize = 6;
-
-/// Keeps a count below its limit whatever the rounding of positions does, in steps.
-const COUNT_MARGIN: f64 = 1e-6;
 
 /// Where one end uses all of a limit, what is left for the other must not hang on rounding.
 const PULL_SLACK: f64 = 1e-9;
@@ -97,7 +91,7 @@ impl Piece {
     pub(super) fn cut_spline(
         segment: &Arc<Segment>,
         spans: &[Span],
-        machine: &Machine,
+        limits: &Limits,
         ramps: bool,
         first: Junction,
         mut take: impl FnMut(Piece),
@@ -105,14 +99,15 @@ impl Piece {
         let length_mm = segment.length_mm();
         let mut rates = segment.rates_at(0.0);
         let mut before: Option<Rates> = None;
-        let fastest_mm_s = segment.feed_mm_s.unwrap_or_else(|| speed_max_mm_s(machine));
-        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
-        let limits_sq = hairpin::speeds_sq(spans, off_mm, fastest_mm_s, machine);
+        let fastest_mm_s = segment.feed_mm_s.unwrap_or(limits.speed_max_mm_s);
+        let off_mm = CHORD_SHARE * limits.path_tolerance_mm;
+        let limits_sq = hairpin::speeds_sq(spans, off_mm, fastest_mm_s, limits);
         for (number, (span, limit_sq)) in (1..).zip(spans.iter().zip(limits_sq)) {
             let junction = before.map_or(first, |before| {
                 rates.follow(span, 0);
                 let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
-                Junction::at(&before, &rates, [length_mm; 2], feed_mm_s, machine)
+                let tangents = [&before.tangent, &rates.tangent];
+                Junction::at(tangents, [length_mm; 2], feed_mm_s, limits).0
             });
             let share = |at_mm: f64| at_mm / length_mm;
             let is_last = number == spans.len();
@@ -123,14 +118,14 @@ impl Piece {
                 rates
             });
             before = Some(rates);
-            let mut piece = Piece::bent(segment, shares, span.length_mm, &ends, machine);
+            let mut piece = Piece::bent(segment, shares, span.length_mm, &ends, limits);
             if !ramps {
                 piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
             piece.junction = junction;
-            piece.split(least, ends, machine, ramps, &mut |mut piece| {
+            piece.split(least, ends, limits, ramps, &mut |mut piece| {
                 piece.bounded_by(limit_sq, Bound::Chord);
                 take(piece);
             });
@@ -142,11 +137,11 @@ impl Piece {
         self,
         least: f64,
         ends: [Rates; 2],
-        machine: &Machine,
+        limits: &Limits,
         ramps: bool,
         take: &mut impl FnMut(Piece),
     ) {
-        let count = self.least_count(machine).max(least).ceil() as u64;
+        let count = self.least_count(limits).max(least).ceil() as u64;
         if count == 1 {
             return take(self);
         }
@@ -159,7 +154,7 @@ impl Piece {
         for k in 0..count {
             let part = [k, k + 1].map(|k| ends[0].toward(&ends[1], at(k)));
             let shares = [share(k), share(k + 1)];
-            let mut piece = Piece::bent(&self.segment, shares, length_mm, &part, machine);
+            let mut piece = Piece::bent(&self.segment, shares, length_mm, &part, limits);
             if !ramps {
                 piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
             }
@@ -168,23 +163,21 @@ impl Piece {
         }
     }
 
-    /// Takes a line for a piece of a chopped curve where the junctions at its ends are points of one. The
-    /// axes' step of speed is made at the speed of that junction, in the time that the line takes, faster
-    /// between its ends: so much acceleration does it take from the line.
-    pub fn bend(&mut self, bends: [Option<Bend>; 2], machine: &Machine) {
+    /// Takes a line, with these derivatives, for a piece of a chopped curve where the junctions at its ends
+    /// are points of one. The axes' step of speed is made at the speed of that junction, in the time that
+    /// the line takes, faster between its ends: so much acceleration does it take from the line.
+    pub fn bend(&mut self, tangent: &Point, bends: [Option<&Bend>; 2], limits: &Limits) {
         if self.segment.curve != Curve::Line || bends.iter().all(Option::is_none) {
             return;
         }
-        let mut ends = [self.segment.rates_at(0.0); 2];
-        let straight_mm_s2 = machine.axes.iter().fold(f64::INFINITY, |least, profile| {
-            least.min(profile.accel_max_mm_s2 / ends[0].tangent[profile.axis].abs())
+        let ends = bends.map(|bend| Rates {
+            tangent: *tangent,
+            bend_per_mm: bend.map_or(Point::ZERO, |bend| bend.per_mm),
         });
-        for (end, bend) in ends.iter_mut().zip(&bends) {
-            if let Some(bend) = bend {
-                end.bend_per_mm = bend.per_mm;
-            }
-        }
-        self.hold_jerk(&ends, machine);
+        let straight_mm_s2 = limits.axes.iter().fold(f64::INFINITY, |least, limit| {
+            least.min(limit.accel_max_mm_s2 / tangent[limit.axis].abs())
+        });
+        self.hold_jerk(&ends, limits);
         let piece_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
         let fastest_sq = bends.map(|bend| {
             let Some(bend) = bend else { return 0.0 };
@@ -192,7 +185,7 @@ impl Piece {
             let peak_sq = (junction_sq + straight_mm_s2 * self.length_mm).min(piece_sq);
             (junction_sq * peak_sq).sqrt()
         });
-        self.grip = self.held(&ends, fastest_sq, machine);
+        self.grip = self.held(&ends, fastest_sq, limits);
     }
 
     /// Lets it change its speed at once.
@@ -200,26 +193,35 @@ impl Piece {
         self.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
     }
 
-    /// In how many pieces it has to be cut, so that none takes longer than [`longest_s`].
-    pub(super) fn least_count(&self, machine: &Machine) -> f64 {
-        self.length_mm / self.speed_sq_max().sqrt() / longest_s(machine)
+    /// In how many pieces it has to be cut, so that none takes longer than [`Limits::piece_max_s`].
+    pub(super) fn least_count(&self, limits: &Limits) -> f64 {
+        self.length_mm / self.speed_sq_max().sqrt() / limits.piece_max_s
     }
 
-    /// A segment as one piece, with the speed that all of it can be run at and, on a line, the
-    /// acceleration.
-    pub(super) fn whole(segment: &Arc<Segment>, machine: &Machine) -> Piece {
-        let mut piece = Piece::at_feed(segment, [0.0, 1.0], segment.length_mm());
-        let speeds = segment.axis_speeds();
-        let mut accel_mm_s2 = f64::INFINITY;
-        for profile in &machine.axes {
-            let rate = speeds[profile.axis];
+    /// A segment of this length, on which the axes move at most at these rates, as one piece: with the
+    /// speed that all of it can be run at and, on a line, the acceleration.
+    pub(super) fn whole(
+        segment: &Arc<Segment>,
+        length_mm: f64,
+        rates: &Point,
+        limits: &Limits,
+    ) -> Piece {
+        let mut piece = Piece::at_feed(segment, [0.0, 1.0], length_mm);
+        let mut speed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        let (mut bound, mut accel_mm_s2) = (Bound::Feed, f64::INFINITY);
+        for limit in &limits.axes {
+            let rate = rates[limit.axis].abs();
             if rate > 0.0 {
-                piece.hold_speed(profile, [rate; 2], machine);
-                accel_mm_s2 = accel_mm_s2.min(profile.accel_max_mm_s2 / rate);
+                let axis_mm_s = limit.speed_max_mm_s / rate;
+                if axis_mm_s < speed_mm_s {
+                    (speed_mm_s, bound) = (axis_mm_s, limit.speed_bound);
+                }
+                accel_mm_s2 = accel_mm_s2.min(limit.accel_max_mm_s2 / rate);
             }
         }
-        piece.hold_chord(machine);
-        piece.jerk = JerkLimit::straight(&speeds, machine);
+        piece.bounded_by(speed_mm_s * speed_mm_s, bound);
+        piece.hold_chord(limits);
+        piece.jerk = JerkLimit::straight(rates, limits);
         piece.grip = Grip::Straight { accel_mm_s2 };
         piece
     }
@@ -229,30 +231,30 @@ impl Piece {
         shares: [f64; 2],
         length_mm: f64,
         ends: &[Rates; 2],
-        machine: &Machine,
+        limits: &Limits,
     ) -> Piece {
         let mut piece = Piece::at_feed(segment, shares, length_mm);
-        for profile in &machine.axes {
-            let axis = profile.axis;
+        for limit in &limits.axes {
+            let axis = limit.axis;
             let rates = ends.each_ref().map(|rates| rates.tangent[axis].abs() * INSIDE);
-            piece.hold_speed(profile, rates, machine);
+            piece.hold_speed(limit, rates);
             let bends = ends.each_ref().map(|rates| rates.bend_per_mm[axis].abs() * INSIDE);
-            let limits = bends.map(|bend| profile.accel_max_mm_s2 / bend);
-            piece.hold_ends(limits, Bound::Curvature(axis));
+            let curved_sq = bends.map(|bend| limit.accel_max_mm_s2 / bend);
+            piece.hold_ends(curved_sq, Bound::Curvature(axis));
         }
         match &segment.curve {
-            Curve::Line | Curve::Arc(_) => piece.hold_chord(machine),
-            Curve::Spline(_) => piece.hold_sagitta(ends, machine),
+            Curve::Line | Curve::Arc(_) => piece.hold_chord(limits),
+            Curve::Spline(_) => piece.hold_sagitta(ends, limits),
         }
-        piece.hold_jerk(ends, machine);
+        piece.hold_jerk(ends, limits);
         let fastest_sq = piece.ends_sq_max[0].max(piece.ends_sq_max[1]);
-        piece.grip = piece.held(ends, [fastest_sq; 2], machine);
+        piece.grip = piece.held(ends, [fastest_sq; 2], limits);
         piece
     }
 
     /// Holds the speed at which the curve's own turn takes its share of the axes' jerk.
-    fn hold_jerk(&mut self, ends: &[Rates; 2], machine: &Machine) {
-        self.jerk = JerkLimit::bent(ends, machine);
+    fn hold_jerk(&mut self, ends: &[Rates; 2], limits: &Limits) {
+        self.jerk = JerkLimit::bent(ends, limits);
         if let Some((speed_sq, axis)) = self.jerk.speed_sq_max() {
             self.bounded_by(speed_sq, Bound::Curvature(axis));
         }
@@ -260,11 +262,11 @@ impl Piece {
 
     /// How the axes hold a piece with these derivatives at its ends, where these squares of speeds go
     /// with the bends.
-    fn held(&self, ends: &[Rates; 2], fastest_sq: [f64; 2], machine: &Machine) -> Grip {
+    fn held(&self, ends: &[Rates; 2], fastest_sq: [f64; 2], limits: &Limits) -> Grip {
         let mut pulls = Pulls::new();
         let mut accel_mm_s2 = f64::INFINITY;
-        for profile in &machine.axes {
-            let (axis, limit) = (profile.axis, profile.accel_max_mm_s2);
+        for limit in &limits.axes {
+            let (axis, most_mm_s2) = (limit.axis, limit.accel_max_mm_s2);
             let rests =
                 |rates: &Rates| rates.tangent[axis] == 0.0 && rates.bend_per_mm[axis] == 0.0;
             if ends.iter().all(rests) {
@@ -273,12 +275,12 @@ impl Piece {
             let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
             let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
             let along = 0.5 / self.length_mm;
-            pulls.push(Pull { from: (b0 - t0 * along) / limit, to: t0 * along / limit });
-            pulls.push(Pull { from: -t1 * along / limit, to: (b1 + t1 * along) / limit });
+            pulls.push(Pull { from: (b0 - t0 * along) / most_mm_s2, to: t0 * along / most_mm_s2 });
+            pulls.push(Pull { from: -t1 * along / most_mm_s2, to: (b1 + t1 * along) / most_mm_s2 });
             let rate = t0.abs().max(t1.abs());
             if rate > 0.0 {
                 let across = f64::max(b0.abs() * fastest_sq[0], b1.abs() * fastest_sq[1]);
-                accel_mm_s2 = accel_mm_s2.min((limit - across) / rate);
+                accel_mm_s2 = accel_mm_s2.min((most_mm_s2 - across) / rate);
             }
         }
         Grip::Bent { pulls, accel_mm_s2 }
@@ -298,34 +300,30 @@ impl Piece {
         }
     }
 
-    /// Holds the speed below the axis's own, and its counts below what its node makes in a tick.
-    fn hold_speed(&mut self, profile: &AxisProfile, rates: [f64; 2], machine: &Machine) {
-        let axis = profile.axis;
-        let count_max = f64::from(machine.count_max(profile)) - COUNT_MARGIN;
-        let count_mm_s = count_max / (machine.bus.tick_s() * profile.steps_per_mm);
-        let squares = |speed_mm_s: f64| rates.map(|rate| (speed_mm_s / rate) * (speed_mm_s / rate));
-        self.hold_ends(squares(profile.speed_max_mm_s), Bound::AxisSpeed(axis));
-        self.hold_ends(squares(count_mm_s), Bound::Count(axis));
+    /// Holds the speed below the axis's greatest.
+    fn hold_speed(&mut self, limit: &AxisLimits, rates: [f64; 2]) {
+        let squares = rates.map(|rate| (limit.speed_max_mm_s / rate).powi(2));
+        self.hold_ends(squares, limit.speed_bound);
     }
 
     /// Holds the speed at which a tick turns a curve so far that its chord is off by its share of
     /// the path tolerance. The sagitta over an angle θ is at most r·θ²/8; a circle is 2r wide.
-    fn hold_chord(&mut self, machine: &Machine) {
+    fn hold_chord(&mut self, limits: &Limits) {
         let Curve::Arc(arc) = &self.segment.curve else { return };
-        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+        let off_mm = CHORD_SHARE * limits.path_tolerance_mm;
         let radius_mm = arc.radius_max_mm();
         if 2.0 * radius_mm > off_mm {
             let angle_rad = (8.0 * off_mm / radius_mm).sqrt();
             let mm_a_rad = self.segment.length_mm() / arc.sweep_rad.abs();
-            let speed_mm_s = mm_a_rad * angle_rad / machine.bus.tick_s();
+            let speed_mm_s = mm_a_rad * angle_rad / limits.tick_s;
             self.bounded_by(speed_mm_s * speed_mm_s, Bound::Chord);
         }
     }
 
     /// The same for a bend: the sagitta over a way w is w²/8 of it.
-    fn hold_sagitta(&mut self, ends: &[Rates; 2], machine: &Machine) {
-        let tick_s = machine.bus.tick_s();
-        let off_mm = CHORD_SHARE * machine.path_tolerance_mm;
+    fn hold_sagitta(&mut self, ends: &[Rates; 2], limits: &Limits) {
+        let tick_s = limits.tick_s;
+        let off_mm = CHORD_SHARE * limits.path_tolerance_mm;
         let squares = ends.each_ref().map(|rates| {
             let bend = Axis::LINEAR.map(|axis| rates.bend_per_mm[axis].powi(2));
             8.0 * off_mm / bend.iter().sum::<f64>().sqrt() / (tick_s * tick_s)
@@ -472,19 +470,6 @@ impl Piece {
             }
         }
     }
-}
-
-/// The greatest speed in any direction: that of all linear axes together.
-fn speed_max_mm_s(machine: &Machine) -> f64 {
-    let axes = machine.axes.iter().filter(|profile| !profile.axis.is_rotary());
-    axes.map(|profile| profile.speed_max_mm_s.powi(2)).sum::<f64>().sqrt()
-}
-
-/// How long a piece takes at its greatest speed at most: where motion is in node buffers, a share
-/// of one, so that there are places inside long segments where a buffer can end.
-fn longest_s(machine: &Machine) -> f64 {
-    let ticks_max = machine.bus.motion_ticks_max();
-    ticks_max.map_or(f64::INFINITY, |max| f64::from(max) * machine.bus.tick_s() / PIECES_A_BUFFER)
 }
 
 /// The greatest value whose product with the first factor, added to the given one's with the

@@ -17,9 +17,9 @@ use std::collections::VecDeque;
 use crate::base::{Axis, AxisSet, Machine};
 use crate::path::{Curve, Segment};
 
+use super::limits::Limits;
 use super::lookahead::Decided;
 use super::piece::Piece;
-use super::schedule::accel_max_mm_s2;
 use super::seams::SeamKind;
 use super::stop::{Climber, Way};
 use super::{Feed, Ramp};
@@ -129,7 +129,7 @@ pub struct Places {
 /// A piece, and how the plan runs it.
 #[derive(Debug)]
 struct Run {
-    piece: Box<Piece>,
+    piece: Piece,
     ramp: Ramp,
 }
 
@@ -148,7 +148,7 @@ impl Places {
             tick_s: machine.bus.tick_s(),
             ticks_max: machine.bus.motion_ticks_max().map_or(f64::INFINITY, f64::from),
             corner_mm: 0.5 * machine.path_tolerance_mm,
-            accel_max_mm_s2: accel_max_mm_s2(machine),
+            accel_max_mm_s2: Limits::new(machine).accel_max_mm_s2,
             behind: VecDeque::new(),
             places: VecDeque::new(),
             at_ticks: 0.0,
@@ -210,7 +210,7 @@ impl Places {
         }
     }
 
-    fn run(&mut self, piece: Box<Piece>, rests: bool, ramp: Ramp) {
+    fn run(&mut self, piece: Piece, rests: bool, ramp: Ramp) {
         self.catch_up(&piece, rests, &ramp);
         self.line = piece.segment.line;
         self.at_ticks += ramp.duration_s() / self.tick_s;

@@ -21,6 +21,7 @@ use super::jerk::{State, Stretch};
 pub struct Ramp {
     length_mm: f64,
     duration_s: f64,
+    peak_mm_s: f64,
     legs: Legs,
 }
 
@@ -83,6 +84,7 @@ impl Ramp {
         Ramp {
             length_mm,
             duration_s: down_start_s + down_s,
+            peak_mm_s,
             legs: smallvec![
                 Start::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2),
                 Start::trapezoid(up_s, up_mm, peak_mm_s, 0.0),
@@ -96,7 +98,7 @@ impl Ramp {
         let duration_s = 2.0 * length_mm / (entry_mm_s + exit_mm_s);
         let accel_mm_s2 = (exit_mm_s - entry_mm_s) / duration_s;
         let leg = Start::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2);
-        Ramp { length_mm, duration_s, legs: smallvec![leg] }
+        Ramp { length_mm, duration_s, peak_mm_s: entry_mm_s.max(exit_mm_s), legs: smallvec![leg] }
     }
 
     /// Along stretches of constant jerk that join and cover a length.
@@ -115,7 +117,8 @@ impl Ramp {
             leg
         };
         let legs = stretches.iter().map(&mut leg).collect();
-        Ramp { length_mm, duration_s: start_s, legs }
+        let peak_mm_s = stretches.iter().map(Stretch::peak_mm_s).fold(0.0, f64::max);
+        Ramp { length_mm, duration_s: start_s, peak_mm_s, legs }
     }
 
     /// Its stretches of constant acceleration or jerk, with places counted from `start_mm`.
@@ -152,7 +155,7 @@ impl Ramp {
 
     /// The greatest speed on it.
     pub fn peak_mm_s(&self) -> f64 {
-        self.stretches(0.0).map(|stretch| stretch.peak_mm_s()).fold(0.0, f64::max)
+        self.peak_mm_s
     }
 
     /// The length it covers.

@@ -8,6 +8,7 @@ use crate::path::PathItem;
 
 use super::corner::CornerGuard;
 use super::decisions::Decisions;
+use super::limits::Limits;
 use super::lookahead::Decided;
 use super::piece::Piece;
 use super::{Bound, Feed, Moment, Planned, Profile, Ramp, Seams};
@@ -66,7 +67,7 @@ impl Schedule {
         Schedule {
             has_ramps: feed != Feed::Constant,
             tick_s: machine.bus.tick_s(),
-            accel_max_mm_s2: accel_max_mm_s2(machine),
+            accel_max_mm_s2: Limits::new(machine).accel_max_mm_s2,
             has_buffers: machine.bus.motion_ticks_max().is_some(),
             now: Moment::default(),
             buffer: 0,
@@ -170,10 +171,4 @@ impl Schedule {
             self.buffer_start = self.now.tick;
         }
     }
-}
-
-/// The greatest acceleration in any direction: that of all linear axes together.
-pub(super) fn accel_max_mm_s2(machine: &Machine) -> f64 {
-    let axes = machine.axes.iter().filter(|profile| !profile.axis.is_rotary());
-    axes.map(|profile| profile.accel_max_mm_s2.powi(2)).sum::<f64>().sqrt()
 }

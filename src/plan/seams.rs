@@ -130,6 +130,9 @@ struct Choice {
     forced: usize,
     groups: Groups,
     seams: Vec<Seam>,
+    /// Scratch: the groups that a buffer may begin in, each with the least that it may cost and the axes
+    /// that move behind it.
+    bounds: Vec<(f64, usize, AxisSet)>,
 }
 
 /// A place with the cheapest way to it.
@@ -156,6 +159,7 @@ impl Choice {
             first: 0,
             forced: 0,
             seams: Vec::new(),
+            bounds: Vec::new(),
         }
     }
 
@@ -182,28 +186,36 @@ impl Choice {
     /// Where the cheapest buffer to a place begins, of those from a number on, with the cost up to the
     /// buffer's end; the latest of equal ones. Groups of places are looked at in the order of the
     /// least that they may cost, until no other can be better.
-    fn cheapest_start(&self, place: &Place, earliest: usize) -> Option<(f64, usize)> {
+    fn cheapest_start(&mut self, place: &Place, earliest: usize) -> Option<(f64, usize)> {
         let number = self.first + self.open.len();
-        let mut bounds = Vec::with_capacity(32);
-        let mut moving = place.moving;
+        let mut bounds = std::mem::take(&mut self.bounds);
+        let (mut moving, mut fill_s) = (place.moving, self.cost.fill_s(place.moving));
+        let end_s = self.cost.end_s(place);
         for group in (earliest / GROUP..=(number - 1) / GROUP).rev() {
             let last = ((group + 1) * GROUP).min(number) - 1;
             if !self.cost.reaches(&self.open[last - self.first].place, place) {
                 break;
             }
-            let least_s = self.groups.least_s(group) + self.cost.end_s(place);
-            bounds.push((least_s + self.cost.fill_s(moving), group, moving));
-            moving = moving.union(self.groups.moving(group));
+            let first = (group * GROUP).max(earliest);
+            let shift_s = self.cost.shift_s(&self.open[first - self.first].place, place);
+            let bound_s = self.groups.least_s(group) + end_s + fill_s - shift_s;
+            bounds.push((bound_s, group, moving));
+            let all = moving.union(self.groups.moving(group));
+            if all != moving {
+                (moving, fill_s) = (all, self.cost.fill_s(all));
+            }
         }
-        bounds.sort_by(|(a_s, ..), (b_s, ..)| a_s.total_cmp(b_s));
         let mut best: Option<(f64, usize)> = None;
-        for (bound_s, group, moving) in bounds {
+        while let Some(next) = least(&bounds) {
+            let (bound_s, group, moving) = bounds.swap_remove(next);
             if best.is_some_and(|(least_s, _)| bound_s > least_s + TIE_S) {
                 break;
             }
             let range = (group * GROUP).max(earliest)..((group + 1) * GROUP).min(number);
             best = self.cheaper(best, range, place, moving);
         }
+        bounds.clear();
+        self.bounds = bounds;
         best
     }
 
@@ -313,6 +325,12 @@ impl Choice {
         self.give_out(last);
         Seams(self.seams)
     }
+}
+
+/// Which of some groups may cost least.
+fn least(bounds: &[(f64, usize, AxisSet)]) -> Option<usize> {
+    let all = bounds.iter().enumerate();
+    all.min_by(|(_, (a_s, ..)), (_, (b_s, ..))| a_s.total_cmp(b_s)).map(|(n, _)| n)
 }
 
 #[cfg(test)]

@@ -1,99 +1,180 @@
 //! The path on its way into the look-ahead: segments cut into pieces, with their junctions and
-//! with the seams put in.
+//! with the seams put in. A segment waits for the one behind it: its last piece has a bend there, too.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::base::Machine;
+use crate::base::Point;
 use crate::path::{PathItem, Segment};
 
-use super::cuts::Cuts;
-use super::junction::Junction;
-use super::lookahead::Ahead;
+use super::cuts::{Cuts, Parts};
+use super::junction::{Bend, End, Junction};
+use super::limits::Limits;
+use super::lookahead::{Ahead, LookAhead};
+use super::piece::Piece;
 use super::{Feed, Seams};
 
 /// Turns items of the path into items of the look-ahead.
 #[derive(Debug)]
 pub struct Cutter<'a> {
-    machine: &'a Machine,
+    limits: Limits,
     feed: Feed,
     seams: &'a Seams,
     /// Seams passed.
     next_seam: usize,
     /// Number of the next segment; those without length do not count.
     index: u64,
-    before: Option<Arc<Segment>>,
-    cutting: Option<Cutting>,
-    ready: VecDeque<Ahead>,
+    waiting: Option<Waiting>,
+    cutting: Option<Box<Cutting>>,
+    /// What follows the segment that is being cut, where that is no other.
+    stop: Option<Ahead>,
 }
 
-/// A segment that is being cut.
+/// A segment of which it is not known what follows.
 #[derive(Debug)]
-struct Cutting {
+struct Waiting {
     segment: Arc<Segment>,
     /// Its number.
     index: u64,
-    cuts: Cuts,
+    ends: [End; 2],
+    /// At its start.
+    junction: Junction,
+    bend: Option<Bend>,
+}
+
+/// A segment that is cut into more than one piece.
+#[derive(Debug)]
+struct Cutting {
+    index: u64,
+    tangent: Point,
+    /// How the path bends where the next piece begins, and where the last one ends.
+    bends: [Option<Bend>; 2],
+    parts: Parts,
     /// A node buffer ends where the last piece did.
     is_at_seam: bool,
 }
 
+impl Waiting {
+    /// The machine has come to rest at its start.
+    fn rest(&mut self) {
+        (self.junction, self.bend) = (Junction::REST, None);
+    }
+}
+
 impl<'a> Cutter<'a> {
     /// From rest.
-    pub fn new(machine: &'a Machine, feed: Feed, seams: &'a Seams) -> Cutter<'a> {
-        let ready = VecDeque::new();
-        Cutter { machine, feed, seams, next_seam: 0, index: 0, before: None, cutting: None, ready }
+    pub fn new(limits: Limits, feed: Feed, seams: &'a Seams) -> Cutter<'a> {
+        let (waiting, cutting, stop) = (None, None, None);
+        Cutter { limits, feed, seams, next_seam: 0, index: 0, waiting, cutting, stop }
     }
 
-    /// Takes an item of the path, once all pieces of the one before have been given.
-    pub fn push(&mut self, item: PathItem) {
+    /// Takes an item of the path, once all that was cut before has been given.
+    pub fn push(&mut self, item: PathItem, ahead: &mut LookAhead) {
         match item {
             PathItem::Event(event) => {
-                self.before = None;
-                self.ready.push_back(Ahead::Event(event));
+                self.stop = Some(Ahead::Event(event));
+                self.finish(ahead);
             }
-            PathItem::Segment(segment) => self.segment(segment),
+            PathItem::Segment(segment) => self.segment(segment, ahead),
         }
     }
 
-    /// Gives the next item.
-    pub fn pop(&mut self) -> Option<Ahead> {
-        if let Some(item) = self.ready.pop_front() {
-            return Some(item);
-        }
-        let cutting = self.cutting.as_mut()?;
-        let Some(mut piece) = cutting.cuts.next(self.machine) else {
-            let done = self.cutting.take()?;
-            self.before = (!done.is_at_seam).then_some(done.segment);
-            return None;
-        };
-        if cutting.is_at_seam {
-            piece.junction = Junction::REST;
-        }
-        let seam = self.seams.at(self.next_seam, cutting.index, piece.shares[1]);
-        cutting.is_at_seam = seam.is_some();
-        if let Some(kind) = seam {
-            self.next_seam += 1;
-            self.ready.push_back(Ahead::Seam(kind));
-        }
-        Some(Ahead::Piece(piece))
+    /// No segment follows the one that waits. Tells whether there was one.
+    pub fn finish(&mut self, ahead: &mut LookAhead) -> bool {
+        let Some(last) = self.waiting.take() else { return false };
+        self.begin(&last, None, ahead);
+        true
     }
 
-    fn segment(&mut self, segment: Arc<Segment>) {
-        if segment.length_mm() <= 0.0 {
+    /// Gives the next piece of what is being cut, or what follows it. Tells whether there was any.
+    pub fn cut(&mut self, ahead: &mut LookAhead) -> bool {
+        if self.cutting.is_some() {
+            self.next_part(ahead);
+            return true;
+        }
+        let stop = self.stop.take();
+        stop.map(|stop| ahead.push(stop)).is_some()
+    }
+
+    fn segment(&mut self, segment: Arc<Segment>, ahead: &mut LookAhead) {
+        let length_mm = segment.length_mm();
+        if length_mm <= 0.0 {
             return;
         }
         let index = self.index;
         self.index += 1;
-        let junction = match self.before.take() {
-            Some(before) if self.feed == Feed::LookAhead => {
-                Junction::between(&before, &segment, self.machine)
-            }
-            Some(before) => Junction::between(&before, &segment, self.machine).stopped(),
-            None => Junction::REST,
+        let ends = End::both(&segment, length_mm);
+        let Some(before) = self.waiting.take() else {
+            let (junction, bend) = (Junction::REST, None);
+            self.waiting = Some(Waiting { segment, index, ends, junction, bend });
+            return;
         };
+        let (junction, bend) = match self.feed {
+            Feed::LookAhead => Junction::between(&before.ends[1], &ends[0], &self.limits),
+            Feed::ExactStop | Feed::Constant => {
+                (Junction::between(&before.ends[1], &ends[0], &self.limits).0.stopped(), None)
+            }
+        };
+        let waiting = Waiting { segment, index, ends, junction, bend };
+        let bend_after = waiting.bend;
+        self.waiting = Some(waiting);
+        self.begin(&before, bend_after, ahead);
+    }
+
+    /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
+    fn begin(&mut self, whole: &Waiting, bend_after: Option<Bend>, ahead: &mut LookAhead) {
         let ramps = self.feed != Feed::Constant;
-        let cuts = Cuts::new(&segment, self.machine, ramps, junction);
-        self.cutting = Some(Cutting { segment, index, cuts, is_at_seam: false });
+        let [start, _] = &whole.ends;
+        let (index, tangent) = (whole.index, start.tangent);
+        match Cuts::new(&whole.segment, start, &self.limits, ramps, whole.junction) {
+            Cuts::One(piece) => {
+                let bends = [whole.bend.as_ref(), bend_after.as_ref()];
+                self.give(piece, index, &tangent, bends, ahead);
+            }
+            Cuts::Many(parts) => {
+                let bends = [whole.bend, bend_after];
+                let cutting = Cutting { index, tangent, bends, parts, is_at_seam: false };
+                self.cutting = Some(Box::new(cutting));
+            }
+        }
+    }
+
+    fn next_part(&mut self, ahead: &mut LookAhead) {
+        let Some(mut cutting) = self.cutting.take() else { return };
+        let Some(mut piece) = cutting.parts.next(&self.limits) else { return };
+        if cutting.is_at_seam {
+            (piece.junction, cutting.bends[0]) = (Junction::REST, None);
+        }
+        let is_last = piece.shares[1] == 1.0;
+        let [bend_before, bend_after] = &cutting.bends;
+        let bends = [bend_before.as_ref(), bend_after.as_ref().filter(|_| is_last)];
+        cutting.is_at_seam = self.give(piece, cutting.index, &cutting.tangent, bends, ahead);
+        cutting.bends[0] = None;
+        self.cutting = Some(cutting);
+    }
+
+    /// Gives a piece of the segment of this number with the bends at its ends, and the seam behind it.
+    /// Tells whether there is one.
+    fn give(
+        &mut self,
+        mut piece: Piece,
+        index: u64,
+        tangent: &Point,
+        [bend_before, bend_after]: [Option<&Bend>; 2],
+        ahead: &mut LookAhead,
+    ) -> bool {
+        let end = piece.shares[1];
+        let seam = self.seams.at(self.next_seam, index, end);
+        if self.feed != Feed::Constant {
+            let bend_after = bend_after.filter(|_| seam.is_none());
+            piece.bend(tangent, [bend_before, bend_after], &self.limits);
+        }
+        ahead.push(Ahead::Piece(piece));
+        let Some(kind) = seam else { return false };
+        self.next_seam += 1;
+        ahead.push(Ahead::Seam(kind));
+        if let Some(next) = self.waiting.as_mut().filter(|_| end == 1.0) {
+            next.rest();
+        }
+        true
     }
 }

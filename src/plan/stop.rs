@@ -13,7 +13,7 @@
 //! steepest braking nearby: mostly more than the stop takes. Speeds are not planned here.
 
 use super::Ramp;
-use super::jerk::{Lane, State};
+use super::jerk::{Lane, SAME, State};
 use super::piece::Piece;
 
 /// How long the plan is looked at behind M for where it is steepest, in times that the greatest acceleration
@@ -69,16 +69,16 @@ impl Climber {
     /// Takes the next piece, as the plan runs it. On a bent piece the look-ahead has no corner at M, but a
     /// ramp from end to end.
     pub fn pass(&mut self, piece: &Piece, ramp: &Ramp) {
-        let (before, was_met) = (*self, self.met.is_some());
+        let (speed_mm_s, more_s) = (self.state.speed_mm_s, self.more_s);
+        let was_met = self.met.is_some();
         self.pass_lanes(piece, ramp);
         if self.met.is_some() && !was_met && !piece.is_straight() {
-            let speed_mm_s = before.state.speed_mm_s;
             let ends_mm_s = match self.way {
                 Way::Forwards => [speed_mm_s, ramp.exit_mm_s()],
                 Way::Backwards => [ramp.entry_mm_s(), speed_mm_s],
             };
             let ramp_s = piece.ramp(ends_mm_s).duration_s();
-            self.more_s = self.more_s.max(before.more_s + ramp_s - ramp.duration_s());
+            self.more_s = self.more_s.max(more_s + ramp_s - ramp.duration_s());
         }
     }
 
@@ -118,6 +118,9 @@ impl Climber {
             Way::Forwards => piece.speeding_up_mm_s2(speed_mm_s * speed_mm_s),
             Way::Backwards => piece.braking_mm_s2(speed_mm_s * speed_mm_s),
         };
+        if !piece.jerk.is_limited() {
+            return self.climb_steadily(lane, accel_mm_s2);
+        }
         let accel_mm_s2 = accel_mm_s2.min(piece.jerk.accel_max_mm_s2(speed_mm_s));
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
         self.jerk_mm_s3 = self.jerk_mm_s3.min(jerk_mm_s3);
@@ -144,6 +147,40 @@ impl Climber {
             left_s: ROUND_RISES * accel_mm_s2 / jerk_mm_s3,
         });
         self.look(piece, plan.map(|state| state.accel_mm_s2), whole_s - planned_s);
+    }
+
+    /// Where nothing limits the jerk: at once with all of the acceleration, up to where the squares of both
+    /// speeds, which grow evenly with the way, are the same. There the corner is the plan's own.
+    fn climb_steadily(&mut self, lane: &Lane, accel_mm_s2: f64) {
+        let plan = lane.stretch.from;
+        let length_mm = lane.end_mm - plan.at_mm;
+        let speed_mm_s = self.state.speed_mm_s;
+        let below_sq = plan.speed_sq() - speed_mm_s * speed_mm_s;
+        let closer_mm_s2 = accel_mm_s2 - plan.accel_mm_s2;
+        let meets_at_mm = if below_sq <= SAME * plan.speed_sq() {
+            0.0
+        } else if closer_mm_s2 > 0.0 {
+            0.5 * below_sq / closer_mm_s2
+        } else {
+            f64::INFINITY
+        };
+        let way_mm = meets_at_mm.min(length_mm);
+        let state = |speed_mm_s| State { at_mm: plan.at_mm, speed_mm_s, accel_mm_s2 };
+        let climb_s = state(speed_mm_s).time_over_s(way_mm, 0.0, f64::INFINITY);
+        self.state =
+            State { at_mm: plan.at_mm + way_mm, ..state(speed_mm_s + accel_mm_s2 * climb_s) };
+        if meets_at_mm > length_mm {
+            self.more_s += climb_s - lane.stretch.duration_s;
+            return;
+        }
+        self.more_s += climb_s - plan.time_over_s(way_mm, 0.0, lane.stretch.duration_s);
+        self.met = Some(Met {
+            speed_mm_s: self.state.speed_mm_s,
+            accel_mm_s2,
+            is_rising: false,
+            least_mm_s2: accel_mm_s2,
+            left_s: 0.0,
+        });
     }
 
     /// The plan goes on from M, for so long with an acceleration between these.

@@ -11,8 +11,9 @@
 //! a step of acceleration that no speed but zero takes away. What turning takes, κ²·v³, and what a bend
 //! under acceleration takes, 3·x''·v·a, are held so that a share of the jerk is always left.
 
-use crate::base::{Axis, Machine, Point};
+use crate::base::{Axis, Point};
 use crate::path::Rates;
+use crate::plan::limits::Limits;
 
 /// Share of an axis's jerk that turning alone may take: it holds the speed.
 const TURN_SHARE: f64 = 0.5;
@@ -43,9 +44,9 @@ impl JerkLimit {
         JerkLimit { along_mm_s3: UNLIMITED_MM_S3, bend: 0.0, turn: 0.0, turn_axis: Axis::X };
 
     /// Along a line on which the axes move at these rates.
-    pub fn straight(rates: &Point, machine: &Machine) -> JerkLimit {
+    pub fn straight(rates: &Point, limits: &Limits) -> JerkLimit {
         let mut limit = JerkLimit::NONE;
-        for profile in &machine.axes {
+        for profile in &limits.axes {
             let rate = rates[profile.axis].abs();
             if let Some(jerk_mm_s3) = profile.jerk_max_mm_s3.filter(|_| rate > 0.0) {
                 limit.along_mm_s3 = limit.along_mm_s3.min(jerk_mm_s3 / rate);
@@ -55,13 +56,16 @@ impl JerkLimit {
     }
 
     /// Along a bent piece with these derivatives at its ends.
-    pub fn bent(ends: &[Rates; 2], machine: &Machine) -> JerkLimit {
+    pub fn bent(ends: &[Rates; 2], limits: &Limits) -> JerkLimit {
         let mut limit = JerkLimit::NONE;
+        if !limits.has_jerk {
+            return limit;
+        }
         let bend_sq = |rates: &Rates| {
             Axis::LINEAR.iter().map(|axis| rates.bend_per_mm[*axis].powi(2)).sum::<f64>()
         };
         let turn_sq = bend_sq(&ends[0]).max(bend_sq(&ends[1]));
-        for profile in &machine.axes {
+        for profile in &limits.axes {
             let Some(jerk_mm_s3) = profile.jerk_max_mm_s3 else { continue };
             let axis = profile.axis;
             let [rate, bend] = [

@@ -20,7 +20,7 @@ mod limit;
 mod round;
 mod stretch;
 
-pub use lane::Lane;
+pub use lane::{Lane, SAME};
 pub use limit::JerkLimit;
 pub use stretch::{State, Stretch};
 
@@ -37,7 +37,7 @@ const RUNS_MIN: usize = 256;
 /// A piece with the speeds that constant accelerations give it.
 #[derive(Debug)]
 struct Run {
-    piece: Box<Piece>,
+    piece: Piece,
     ramp: Ramp,
     at_seam: bool,
 }
@@ -182,10 +182,11 @@ mod tests {
     use crate::base::{Axis, Machine, Plane, Point};
     use crate::path::{Arc, Curve, Segment};
     use crate::plan::cuts::Cuts;
-    use crate::plan::junction::Junction;
+    use crate::plan::junction::{End, Junction};
+    use crate::plan::limits::Limits;
 
     /// Pieces of circles of changing radius that join, and the greatest speeds on them.
-    fn decided(machine: &Machine) -> Vec<Decided> {
+    fn decided(limits: &Limits) -> Vec<Decided> {
         let mut pieces = Vec::new();
         for k in 0..60 {
             let radius_mm = 0.5 + 8.0 * f64::from(k * 37 % 17) / 17.0;
@@ -205,8 +206,10 @@ mod tests {
             let curve = Curve::Arc(arc);
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
             let segment = std::sync::Arc::new(segment);
-            let mut cuts = Cuts::new(&segment, machine, true, Junction::STRAIGHT);
-            pieces.extend(std::iter::from_fn(|| cuts.next(machine)).map(|piece| *piece));
+            let [start, _] = End::both(&segment, segment.length_mm());
+            let cuts = Cuts::new(&segment, &start, limits, true, Junction::STRAIGHT);
+            let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
+            pieces.extend(std::iter::from_fn(|| parts.next(limits)));
         }
         let mut speeds_sq = vec![0.0; pieces.len() + 1];
         for i in (1..pieces.len()).rev() {
@@ -220,7 +223,7 @@ mod tests {
         let decide = |(i, piece): (usize, Piece)| {
             let (ends_mm_s, at_seam) = (ends(i), false);
             let ramp = piece.ramp(ends_mm_s);
-            Decided::Piece { piece: Box::new(piece), ends_mm_s, ramp, at_seam }
+            Decided::Piece { piece, ends_mm_s, ramp, at_seam }
         };
         pieces.into_iter().enumerate().map(decide).collect()
     }
@@ -231,16 +234,17 @@ mod tests {
     fn parts_are_smoothed_as_the_whole() {
         for machine in ["starmill", "router"] {
             let machine = Machine::load(machine).unwrap();
+            let limits = Limits::new(&machine);
             let time_s = |enough_min: usize| -> f64 {
                 let mut smoother = Smoother::with_at_least(enough_min);
-                let (mut time_s, mut limits) = (0.0, VecDeque::new());
-                for decided in decided(&machine) {
+                let (mut time_s, mut reached) = (0.0, VecDeque::new());
+                for decided in decided(&limits) {
                     if let Decided::Piece { ends_mm_s, .. } = &decided {
-                        limits.push_back(ends_mm_s[1]);
+                        reached.push_back(ends_mm_s[1]);
                     }
                     smoother.push(decided);
                     while let Some(Decided::Piece { ends_mm_s, ramp, .. }) = smoother.pop() {
-                        let limit_mm_s = limits.pop_front().unwrap_or(0.0);
+                        let limit_mm_s = reached.pop_front().unwrap_or(0.0);
                         assert!(ends_mm_s[1] <= limit_mm_s * (1.0 + 1e-6), "{ends_mm_s:?}");
                         time_s += ramp.duration_s();
                     }
