@@ -206,7 +206,9 @@ fn curves_are_drawn_and_written() {
         let curves = drawing.matches("class=\"curve").count();
         let names = out.lines().skip(1).map(|row| row.split(',').nth(1).unwrap());
         let names: std::collections::BTreeSet<_> = names.collect();
-        assert_eq!(curves, 2 * names.len(), "{which}: a curve and its name in the legend");
+        // A single curve is what the title says.
+        let legend = if names.len() > 1 { names.len() } else { 0 };
+        assert_eq!(curves, names.len() + legend, "{which}: a curve and its name in the legend");
         assert!(!drawing.contains("NaN"), "{which}");
     }
 }

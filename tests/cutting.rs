@@ -107,6 +107,17 @@ fn the_command_says_where_the_spindle_is_too_weak_and_what_would_fit() {
 }
 
 #[test]
+fn huge_and_tiny_numbers_keep_their_columns() {
+    let program =
+        ["samples/good/slots.nc", "--tool", "end-mill-6", "--material", "aluminium-6061-t6"];
+    for size in ["1e-200", "1e-12", "0.000123"] {
+        let (code, out, _) = run(&[&program[..], &["--depth", size, "--width", size]].concat());
+        assert_eq!(code, 0, "{size}: {out}");
+        assert!(out.lines().all(|line| line.chars().count() <= 120), "{size}: {out}");
+    }
+}
+
+#[test]
 fn what_cannot_be_reckoned_is_refused_with_the_reason() {
     let slots = "samples/good/slots.nc";
     let folder = tempfile::tempdir().unwrap();

@@ -51,7 +51,7 @@ fn what_differs_is_told_in_machine_terms() {
     diff(&["planes.csv", "slow.csv", "--tolerance", "0.02"], 0, "tolerance 0.02 mm");
     diff(&["planes.csv", "slow.csv", "--tolerance", "0.001"], 1, "apart");
     diff(&["planes.csv", "thesis.csv", "--tolerance", "5"], 1, "end       B ends +4 steps of X");
-    diff(&["planes.csv", "shifted.csv"], 1, "apart     0.99");
+    diff(&["planes.csv", "shifted.csv"], 1, "apart     1.000");
     let [on, off] = ["M3 S100\nG1 X1 F300\nM30\n", "M4 S100\nG1 X1 F300\nM30\n"];
     std::fs::write(bench.0.path().join("on.nc"), on).unwrap();
     std::fs::write(bench.0.path().join("off.nc"), off).unwrap();
@@ -63,6 +63,7 @@ fn what_differs_is_told_in_machine_terms() {
     assert_eq!(json["same"], false);
     assert_eq!(json["end_difference_steps"]["X"], 0);
     assert!(json["max_distance_mm"].as_f64().unwrap() < 0.02);
+    assert!(json["max_distance_resolution_mm"].as_f64().unwrap() < 1e-4);
 }
 
 #[test]

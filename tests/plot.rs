@@ -52,15 +52,29 @@ fn every_sample_is_drawn() {
     }
 }
 
-/// `UPDATE=1 cargo test --test plot` draws it anew.
+/// `UPDATE=1 cargo test --test plot` draws them anew.
 #[test]
-fn the_picture_in_the_readme_is_this_program_s() {
-    let text = check(&["samples/good/pyramid-with-pockets.nc"], 0);
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pyramid.svg");
-    if std::env::var_os("UPDATE").is_some() {
-        fs::write(&path, &text).unwrap();
+fn the_pictures_of_the_manual_are_drawn_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let dump = folder.path().join("thesis.csv");
+    let dump = dump.to_str().unwrap();
+    cnc(&["interpolate", "samples/good/planes.nc", "--encoder", "thesis", "--csv", "-o", dump]);
+    for (picture, args) in [
+        ("pyramid.svg", &["samples/good/pyramid-with-pockets.nc"][..]),
+        ("speed.svg", &["samples/good/two-tools.nc", "--curve", "speed"]),
+        ("error.svg", &["samples/good/planes.nc", "--curve", "error"]),
+        ("fig-5-9.svg", &["samples/good/o001.nc", "--view", "xy"]),
+        ("fig-6-7.svg", &["samples/good/planes.nc", "--curve", "encoders"]),
+        ("fig-6-8.svg", &[dump, "--view", "xy"]),
+    ] {
+        let text = check(args, 0);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs").join(picture);
+        if std::env::var_os("UPDATE").is_some() {
+            fs::write(&path, &text).unwrap();
+        }
+        let is_same = fs::read_to_string(path).is_ok_and(|held| held == text);
+        assert!(is_same, "docs/{picture} is of another time");
     }
-    assert!(fs::read_to_string(path).unwrap() == text, "docs/pyramid.svg is of another time");
 }
 
 #[test]

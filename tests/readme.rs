@@ -113,13 +113,27 @@ fn the_examples_of_the_manual_do_what_it_says() {
 #[test]
 fn links_of_the_manual_lead_somewhere() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for file in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"] {
-        let text = fs::read_to_string(root.join(file)).unwrap();
+    let tops = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"];
+    let pages = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    for file in tops.map(|name| root.join(name)).into_iter().chain(pages) {
+        let text = fs::read_to_string(&file).unwrap();
         for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let local = target.split('#').next().unwrap();
-            let leads = target.starts_with("http") || root.join(local).exists();
-            assert!(leads, "{file}: {target}");
+            let leads = target.starts_with("http") || file.parent().unwrap().join(local).exists();
+            assert!(leads, "{}: {target}", file.display());
         }
+    }
+}
+
+#[test]
+fn every_page_stands_in_the_table_of_contents() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let contents = fs::read_to_string(docs.join("README.md")).unwrap();
+    for entry in fs::read_dir(docs).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let is_page = name.ends_with(".md") && name != "README.md";
+        assert!(!is_page || contents.contains(&format!("]({name})")), "{name}");
     }
 }
 

@@ -139,7 +139,8 @@ impl Tried {
                 self.change(validator, whole, path, &kind, "a key more", |object| {
                     object.as_object_mut().unwrap().insert("key-more".to_owned(), json!(1));
                 });
-                let is_map = object.keys().all(|key| is_name(key)) && !object.is_empty();
+                let is_map = shape.ends_with("/origins")
+                    || object.keys().all(|key| is_name(key)) && !object.is_empty();
                 for (key, inner) in object {
                     self.keys.insert(key.clone());
                     self.change(

@@ -7,6 +7,7 @@
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
+use crate::plot::style::{self, CURVES};
 use crate::plot::text::Escaped;
 use crate::plot::ticks;
 
@@ -16,21 +17,12 @@ const SIZE: [f64; 2] = [800.0, 500.0];
 const FIELD_X: [f64; 2] = [76.0, 776.0];
 /// Its lower edge, and its upper one where there is no legend.
 const FIELD_Y: [f64; 2] = [440.0, 52.0];
+/// Letters of the title that have room.
+const TITLE_LETTERS_MAX: usize = 74;
 /// A line of the legend.
 const LEGEND_LINE: f64 = 20.0;
 /// Most marks of an axis.
 const MARKS_MOST: usize = 12;
-/// Colours that people with any vision of colours tell apart (Okabe and Ito), on light and on dark.
-const COLOURS: [[&str; 2]; 8] = [
-    ["#0072b2", "#56b4e9"],
-    ["#d55e00", "#ff8c42"],
-    ["#008060", "#2bc79b"],
-    ["#b0468c", "#e08ac4"],
-    ["#8a6d00", "#e6c229"],
-    ["#3b3f99", "#9aa0ff"],
-    ["#7a4b2a", "#c9966b"],
-    ["#555555", "#bbbbbb"],
-];
 /// Fewer points than this are marked by dots.
 const DOTS_BELOW: usize = 40;
 
@@ -162,7 +154,7 @@ impl Display for Chart {
         let x = self.x.laid(points().map(|point| point[0]).chain(limits(Along::X)), FIELD_X);
         let y = points().map(|point| point[1]).chain(limits(Along::Y));
         let y = self.y.laid(y, [FIELD_Y[0], top]);
-        self.head(out)?;
+        style::head(out, SIZE, &self.title, [FIELD_X[0], 26.0], TITLE_LETTERS_MAX)?;
         self.grid(out, &x, &y)?;
         for ((at, curve), [left, line]) in self.curves.iter().enumerate().zip(&legend) {
             let (left, middle) = (FIELD_X[0] + left, FIELD_Y[1] - 6.0 + line * LEGEND_LINE);
@@ -170,7 +162,7 @@ impl Display for Chart {
             writeln!(
                 out,
                 "<path class=\"curve c{}\" d=\"M{left:.1} {middle:.1}h22\"/><text x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
-                at % COLOURS.len(),
+                at % CURVES.len(),
                 left + 28.0,
                 middle + 4.0,
             )?;
@@ -183,7 +175,7 @@ impl Display for Chart {
             FIELD_X[0],
         )?;
         for (at, curve) in self.curves.iter().enumerate() {
-            self.curve(out, at % COLOURS.len(), curve, (&x, &y))?;
+            self.curve(out, at % CURVES.len(), curve, (&x, &y))?;
         }
         writeln!(out, "</svg>")?;
         self.dashes(out, (&x, &y))?;
@@ -208,50 +200,6 @@ impl Chart {
             left += width;
         }
         places
-    }
-
-    fn head(&self, out: &mut Formatter<'_>) -> fmt::Result {
-        let [width, height] = SIZE;
-        let title = Escaped(&self.title);
-        writeln!(
-            out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
-             <title>{title}</title>\n\
-             <style>\n\
-             .chart {{ font: 12px system-ui, \"DejaVu Sans\", sans-serif }}\n\
-             .chart .paper {{ fill: #fff }}\n\
-             .chart text {{ fill: #1b1f24 }}\n\
-             .chart .title {{ font-size: 15px; font-weight: 600 }}\n\
-             .chart .middle {{ text-anchor: middle }}\n\
-             .chart .end {{ text-anchor: end }}\n\
-             .chart .grid {{ stroke: #e1e5ea; fill: none }}\n\
-             .chart .frame {{ stroke: #6b7480; fill: none }}\n\
-             .chart .curve {{ fill: none; stroke-width: 2; stroke-linejoin: round }}\n\
-             .chart .limit {{ stroke: #6b7480; stroke-dasharray: 6 4; fill: none }}\n\
-             .chart .beside {{ text-anchor: end; paint-order: stroke; stroke: #fff; stroke-width: 4 }}",
-        )?;
-        for (at, [light, _]) in COLOURS.iter().enumerate() {
-            writeln!(out, ".chart .c{at} {{ stroke: {light} }} .chart .d{at} {{ fill: {light} }}")?;
-        }
-        writeln!(
-            out,
-            "@media (prefers-color-scheme: dark) {{\n\
-             .chart .paper {{ fill: #14181d }}\n\
-             .chart text {{ fill: #e2e7ed }}\n\
-             .chart .beside {{ stroke: #14181d }}\n\
-             .chart .grid {{ stroke: #2b323a }}\n\
-             .chart .frame, .chart .limit {{ stroke: #98a2ae }}",
-        )?;
-        for (at, [_, dark]) in COLOURS.iter().enumerate() {
-            writeln!(out, ".chart .c{at} {{ stroke: {dark} }} .chart .d{at} {{ fill: {dark} }}")?;
-        }
-        writeln!(
-            out,
-            "}}\n</style>\n\
-             <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n\
-             <text class=\"title\" x=\"{}\" y=\"26\">{title}</text>",
-            FIELD_X[0],
-        )
     }
 
     /// The field, its marks and the names of the axes.
@@ -315,7 +263,17 @@ impl Chart {
         Ok(())
     }
 
-    /// The limits that lie within the field, and their names.
+    /// How many points of curves lie in a part of the drawing.
+    fn points_within(&self, (x, y): (&Laid, &Laid), across: [f64; 2], up: [f64; 2]) -> usize {
+        let points = self.curves.iter().flat_map(|curve| &curve.points);
+        let lies_there = |point: &&[f64; 2]| {
+            let at = [x.place(point[0]), y.place(point[1])];
+            (across[0]..=across[1]).contains(&at[0]) && (up[0]..=up[1]).contains(&at[1])
+        };
+        points.filter(lies_there).count()
+    }
+
+    /// The limits that lie within the field, and their names, where fewest points lie under them.
     fn dashes(&self, out: &mut Formatter<'_>, (x, y): (&Laid, &Laid)) -> fmt::Result {
         for limit in &self.limits {
             let (scale, laid) = match limit.along {
@@ -328,10 +286,34 @@ impl Chart {
             }
             let (at, name) = (laid.place(limit.at), Escaped(&limit.name));
             let ([left, right], [bottom, top]) = (x.edges, y.edges);
-            let (line, beside) = match limit.along {
-                Along::X => (format!("M{at:.1} {bottom}V{top}"), [at - 5.0, top + 14.0]),
-                Along::Y => (format!("M{left} {at:.1}H{right}"), [right - 6.0, at - 5.0]),
+            let wide = 7.0 * limit.name.chars().count() as f64;
+            // Where the name ends: in each case the first place is the usual one.
+            let (line, places) = match limit.along {
+                Along::X => (
+                    format!("M{at:.1} {bottom}V{top}"),
+                    [top + 14.0, bottom - 6.0]
+                        .map(|y| [[at - 5.0, y], [at + 5.0 + wide, y]])
+                        .as_flattened()
+                        .to_vec(),
+                ),
+                Along::Y => (
+                    format!("M{left} {at:.1}H{right}"),
+                    [at - 5.0, at + 14.0]
+                        .map(|y| [[right - 6.0, y], [left + 6.0 + wide, y]])
+                        .as_flattened()
+                        .to_vec(),
+                ),
             };
+            let crossed = |[end, base]: &[f64; 2]| {
+                let (across, up) = ([end - wide, *end], [base - 12.0, base + 3.0]);
+                self.points_within((x, y), across, up)
+            };
+            let within = |[end, base]: &[f64; 2]| {
+                end - wide >= left && *end <= right && *base >= top + 12.0 && *base <= bottom
+            };
+            let free =
+                places.iter().filter(|place| within(place)).min_by_key(|place| crossed(place));
+            let beside = *free.unwrap_or(&places[0]);
             writeln!(
                 out,
                 "<path class=\"limit\" d=\"{line}\"/><text class=\"beside\" x=\"{:.1}\" y=\"{:.1}\">{name}</text>",

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter, Write as _};
 
 use crate::plot::strokes::{Mark, Piece, Place, Strokes, speed_of_mm_s};
+use crate::plot::style::{self, SPEEDS};
 use crate::plot::text::Escaped;
 use crate::plot::ticks;
 
@@ -19,6 +20,8 @@ use crate::plot::ticks;
 const SIZE: [f64; 2] = [1000.0, 940.0];
 /// Where the title stands, and how far from the left.
 const TITLE: [f64; 2] = [56.0, 30.0];
+/// Beside it stands what the colours mean.
+const TITLE_LETTERS_MAX: usize = 58;
 /// Where the panels begin, and where they end, down from the top.
 const PANELS_Y: [f64; 2] = [50.0, 880.0];
 /// Room for numbers at the left of a panel and below it, and between two.
@@ -37,18 +40,6 @@ const SEAMS_MAX: usize = 300;
 const SHOWN_MM_MIN: f64 = 1.0;
 /// Marks along an axis at most.
 const MARKS_MOST: usize = 8;
-/// Colours of speeds from slow to fast, on light and on dark: of even steps in lightness, told apart with
-/// any vision of colours.
-const SPEEDS: [[&str; 2]; 7] = [
-    ["#5b2a86", "#7f6fd6"],
-    ["#3f4fa8", "#5f93e8"],
-    ["#1f77a8", "#35b0d8"],
-    ["#0f8f7f", "#2fd0b0"],
-    ["#5a9216", "#9edb4a"],
-    ["#c77f00", "#ffc247"],
-    ["#c23a22", "#ff7f5e"],
-];
-
 /// Bands of speed between the first colour and the last at most: a speed and a 16th of it.
 const BANDS_SHOWN: i16 = 12;
 
@@ -74,6 +65,8 @@ pub struct Sheet<'a> {
     pub views: &'a [View],
     /// The way.
     pub strokes: &'a Strokes,
+    /// Whether it is known what of it are rapids; if not, all has the colour of its speed.
+    pub knows_rapids: bool,
     /// Travel of X, Y and Z, in mm, on machines that have limits.
     pub travel_mm: [Option<[f64; 2]>; 3],
     /// Where node buffers end.
@@ -180,7 +173,7 @@ const EDGES: [[usize; 2]; 12] = [
 impl Display for Sheet<'_> {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
         let [width, height] = SIZE;
-        self.head(out)?;
+        style::head(out, SIZE, &self.title, TITLE, TITLE_LETTERS_MAX)?;
         let bands = self.bands();
         for panel in self.panels() {
             self.frame(out, &panel)?;
@@ -268,53 +261,6 @@ impl Sheet<'_> {
         let bands = || self.strokes.pieces().iter().filter_map(|piece| piece.band);
         let high = bands().max()?;
         Some([bands().min()?.max(high - BANDS_SHOWN), high])
-    }
-
-    fn head(&self, out: &mut Formatter<'_>) -> fmt::Result {
-        let ([width, height], title) = (SIZE, Escaped(&self.title));
-        writeln!(
-            out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"sheet\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
-             <title>{title}</title>\n\
-             <style>\n\
-             .sheet {{ font: 12px system-ui, \"DejaVu Sans\", sans-serif }}\n\
-             .sheet .paper {{ fill: #fff }}\n\
-             .sheet text {{ fill: #1b1f24 }}\n\
-             .sheet .title {{ font-size: 15px; font-weight: 600 }}\n\
-             .sheet .middle {{ text-anchor: middle }} .sheet .end {{ text-anchor: end }}\n\
-             .sheet .grid {{ stroke: #e9ecf0; fill: none }}\n\
-             .sheet .frame {{ stroke: #6b7480; fill: none }}\n\
-             .sheet .travel {{ stroke: #8a5a00; stroke-dasharray: 2 4; fill: none }}\n\
-             .sheet .way {{ fill: none; stroke-width: 1.5; stroke-linejoin: round; stroke-linecap: round }}\n\
-             .sheet .rapid {{ stroke: #8b949e; stroke-width: 1; stroke-dasharray: 5 4 }}\n\
-             .sheet .seam {{ fill: #1b1f24; stroke: #fff }}\n\
-             .sheet .wrong {{ fill: none; stroke: #d1242f; stroke-width: 3 }}",
-        )?;
-        for (at, [light, _]) in SPEEDS.iter().enumerate() {
-            writeln!(out, ".sheet .v{at} {{ stroke: {light} }} .sheet .b{at} {{ fill: {light} }}")?;
-        }
-        writeln!(
-            out,
-            "@media (prefers-color-scheme: dark) {{\n\
-             .sheet .paper {{ fill: #14181d }}\n\
-             .sheet text {{ fill: #e2e7ed }}\n\
-             .sheet .grid {{ stroke: #232a31 }}\n\
-             .sheet .frame {{ stroke: #98a2ae }}\n\
-             .sheet .travel {{ stroke: #d9a441 }}\n\
-             .sheet .rapid {{ stroke: #7d8894 }}\n\
-             .sheet .seam {{ fill: #e2e7ed; stroke: #14181d }}\n\
-             .sheet .wrong {{ stroke: #ff6b6b }}",
-        )?;
-        for (at, [_, dark]) in SPEEDS.iter().enumerate() {
-            writeln!(out, ".sheet .v{at} {{ stroke: {dark} }} .sheet .b{at} {{ fill: {dark} }}")?;
-        }
-        writeln!(
-            out,
-            "}}\n</style>\n\
-             <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n\
-             <text class=\"title\" x=\"{}\" y=\"{}\">{title}</text>",
-            TITLE[0], TITLE[1],
-        )
     }
 
     /// A panel's edge, its name, and marks along its axes.
@@ -479,7 +425,9 @@ impl Sheet<'_> {
             x = text_x + 7.0 * text.chars().count() as f64 + 14.0;
             Ok(())
         };
-        entry(out, "<path class=\"way rapid\" d=\"M0 0h22\"/>", "rapid")?;
+        if self.strokes.pieces().iter().any(|piece| piece.band.is_none()) {
+            entry(out, "<path class=\"way rapid\" d=\"M0 0h22\"/>", "rapid")?;
+        }
         if self.travel_mm.iter().all(Option::is_some) {
             entry(out, "<path class=\"travel\" d=\"M0 0h22\"/>", "travel")?;
         }
@@ -494,9 +442,10 @@ impl Sheet<'_> {
             entry(out, "<circle class=\"wrong\" cx=\"11\" r=\"6\"/>", &wrong.text)?;
         }
         let Some([low, high]) = bands else { return Ok(()) };
+        let what = if self.knows_rapids { "cut" } else { "speed" };
         let text = match (speed_text(f64::from(low)), speed_text(f64::from(high))) {
-            (low, high) if low == high => format!("cut at about {high} mm/min"),
-            (low, high) => format!("cut, from about {low} to {high} mm/min"),
+            (low, high) if low == high => format!("{what}: about {high} mm/min"),
+            (low, high) => format!("{what}: about {low} to {high} mm/min"),
         };
         let wide = 14.0 * SPEEDS.len() as f64;
         let text_x = width - 20.0;

@@ -1,8 +1,9 @@
 //! Where a tool goes and how fast → at most so many straight pieces, however long the way.
 //!
-//! Places are kept as they are until there are too many. Then they are laid on a grid, which grows by
-//! two until what is left are few enough: pieces shorter than the grid, and those that lie on others
-//! of the same speed, fall away. The extents stay exact.
+//! Places are kept as they are until there are too many. Then pieces that follow each other become one as
+//! far as it stays within a distance of the places between, and those that lie on others of the same
+//! speed, or are shorter than that distance, fall away; it grows by two until what is left are few enough.
+//! What is left still ends on the way itself, and the extents stay exact.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -10,6 +11,10 @@ use std::collections::{BTreeSet, HashSet};
 const PIECES_MAX: usize = 7_000;
 /// The first grid, as a share of the greatest extent: less than half a dot of a drawing.
 const FIRST_GRID: f64 = 1.0 / 2048.0;
+/// Lines that keep pieces of their own, unless these are too short to be seen.
+const LINES_MAX: usize = 1_000;
+/// Places that a piece may pass: each is looked at when it grows.
+const PASSED_MAX: usize = 64;
 /// Bands of speed in each doubling.
 const BANDS_A_DOUBLING: f64 = 3.0;
 /// Two pieces whose directions differ by a sine below this are one.
@@ -49,6 +54,10 @@ pub struct Strokes {
     /// Zero: places are as they came.
     grid_mm: f64,
     seen: HashSet<Key>,
+    /// Whether pieces have so many lines that nobody could point at each.
+    has_many_lines: bool,
+    /// Places that the last piece passes within the grid, and does not end at.
+    passed_mm: Vec<Place>,
     extents_mm: [[f64; 2]; 3],
     travel_mm: [Option<[f64; 2]>; 3],
     /// Where the way leaves the travel first, and in which NC line.
@@ -87,6 +96,8 @@ impl Strokes {
             pieces: Vec::new(),
             grid_mm: 0.0,
             seen: HashSet::new(),
+            has_many_lines: false,
+            passed_mm: Vec::new(),
             extents_mm: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
             travel_mm,
             outside: None,
@@ -147,22 +158,48 @@ impl Strokes {
     }
 
     fn push(&mut self, piece: Piece) {
-        let piece = Piece {
-            from_mm: self.snapped(piece.from_mm),
-            to_mm: self.snapped(piece.to_mm),
-            ..piece
-        };
         if piece.from_mm == piece.to_mm {
             return;
         }
-        if let Some(last) = self.pieces.last_mut()
-            && last.goes_on_with(&piece)
-        {
-            last.to_mm = piece.to_mm;
-            return;
+        if let Some(last) = self.pieces.last_mut() {
+            if last.goes_on_with(&piece) {
+                last.to_mm = piece.to_mm;
+                return;
+            }
+            let is_short = |piece: &Piece| apart_mm(piece.from_mm, piece.to_mm) <= self.grid_mm;
+            let is_next = last.to_mm == piece.from_mm && self.passed_mm.len() < PASSED_MAX;
+            let are_short = [is_short(last), is_short(&piece)];
+            let is_same = last.band == piece.band && last.lines == piece.lines;
+            let is_one = match self.has_many_lines {
+                true => last.band == piece.band || are_short.contains(&true),
+                false => is_same || are_short == [true; 2],
+            };
+            let is_rapid = [last.band, piece.band].map(|band| band.is_none());
+            if is_next && is_one && is_rapid[0] == is_rapid[1] {
+                self.passed_mm.push(piece.from_mm);
+                let chord = (last.from_mm, piece.to_mm);
+                if self.passed_mm.iter().all(|at| off_mm(*at, chord) <= self.grid_mm) {
+                    let spans_mm = [&*last, &piece].map(|part| apart_mm(part.from_mm, part.to_mm));
+                    last.lines =
+                        [last.lines[0].min(piece.lines[0]), last.lines[1].max(piece.lines[1])];
+                    last.band = if spans_mm[1] > spans_mm[0] { piece.band } else { last.band };
+                    last.to_mm = piece.to_mm;
+                    return;
+                }
+            }
+            self.settle();
         }
-        if self.grid_mm == 0.0 || self.seen.insert(self.key(&piece)) {
-            self.pieces.push(piece);
+        self.passed_mm.clear();
+        self.pieces.push(piece);
+    }
+
+    /// Takes the last piece out, if it is too short to be seen or lies on another.
+    fn settle(&mut self) {
+        let Some(last) = self.pieces.last().filter(|_| self.grid_mm > 0.0) else { return };
+        let key = self.key(last);
+        let is_dot = key.0 == key.1 && apart_mm(last.from_mm, last.to_mm) <= self.grid_mm;
+        if is_dot || !self.seen.insert(key) {
+            self.pieces.pop();
         }
     }
 
@@ -172,16 +209,12 @@ impl Strokes {
         while self.pieces.len() > PIECES_MAX / 2 {
             self.grid_mm = (2.0 * self.grid_mm).max(FIRST_GRID * widest);
             self.seen.clear();
+            self.passed_mm.clear();
+            let lines = self.pieces.chunk_by(|a, b| a.lines == b.lines);
+            self.has_many_lines |= lines.count() > LINES_MAX;
             for piece in std::mem::take(&mut self.pieces) {
                 self.push(piece);
             }
-        }
-    }
-
-    fn snapped(&self, place: Place) -> Place {
-        match self.grid_mm {
-            0.0 => place,
-            grid_mm => place.map(|at| (at / grid_mm).round() * grid_mm),
         }
     }
 
@@ -191,6 +224,21 @@ impl Strokes {
         let (from, to) = (cell(piece.from_mm), cell(piece.to_mm));
         (from.min(to), from.max(to), piece.band)
     }
+}
+
+/// How far a place is from a straight piece.
+fn off_mm(at: Place, (from, to): (Place, Place)) -> f64 {
+    let way: Place = std::array::from_fn(|i| to[i] - from[i]);
+    let dot = |a: Place, b: Place| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let square = dot(way, way);
+    let offset: Place = std::array::from_fn(|i| at[i] - from[i]);
+    let share = if square > 0.0 { (dot(offset, way) / square).clamp(0.0, 1.0) } else { 0.0 };
+    apart_mm(at, std::array::from_fn(|i| from[i] + share * way[i]))
+}
+
+/// How far one place is from another.
+fn apart_mm(a: Place, b: Place) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
 impl Piece {

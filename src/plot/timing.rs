@@ -6,6 +6,7 @@
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
+use crate::plot::style;
 use crate::plot::text::Escaped;
 
 /// Width of the drawing.
@@ -131,35 +132,13 @@ impl Laid {
 
 impl Display for Timing {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
-        let height = HEAD + self.panels.iter().map(Panel::height).sum::<f64>();
-        let title = Escaped(&self.title);
-        writeln!(
-            out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"timing\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">\n\
-             <title>{title}</title>\n\
-             <style>\n\
-             .timing {{ font: 12px system-ui, \"DejaVu Sans\", sans-serif }}\n\
-             .timing .paper {{ fill: #fff }}\n\
-             .timing text {{ fill: #1b1f24 }}\n\
-             .timing .title {{ font-size: 15px; font-weight: 600 }}\n\
-             .timing .panel {{ font-weight: 600 }}\n\
-             .timing .middle {{ text-anchor: middle }}\n\
-             .timing .end {{ text-anchor: end }}\n\
-             .timing .level {{ stroke: #0072b2; stroke-width: 2; fill: none; stroke-linejoin: round }}\n\
-             .timing .change {{ stroke: #e1e5ea; fill: none }}\n\
-             .timing .span {{ stroke: #d55e00; fill: none }}\n\
-             .timing .axis {{ stroke: #6b7480; fill: none }}\n\
-             @media (prefers-color-scheme: dark) {{\n\
-             .timing .paper {{ fill: #14181d }}\n\
-             .timing text {{ fill: #e2e7ed }}\n\
-             .timing .level {{ stroke: #56b4e9 }}\n\
-             .timing .change {{ stroke: #2b323a }}\n\
-             .timing .span {{ stroke: #ff8c42 }}\n\
-             .timing .axis {{ stroke: #98a2ae }}\n\
-             }}\n</style>\n\
-             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{height}\"/>\n\
-             <text class=\"title\" x=\"24\" y=\"26\">{title}</text>"
-        )?;
+        // Where there is nothing to show, a line says so.
+        let all = self.panels.iter().map(Panel::height).sum::<f64>().max(TRACK);
+        let height = HEAD + all;
+        style::head(out, [WIDTH, height], &self.title, [24.0, 26.0], 80)?;
+        if self.panels.is_empty() {
+            writeln!(out, "<text x=\"24\" y=\"{}\">nothing was recorded</text>", HEAD + 14.0)?;
+        }
         let mut top = HEAD;
         for panel in &self.panels {
             draw(out, panel, top)?;
@@ -183,7 +162,7 @@ fn draw(out: &mut Formatter<'_>, panel: &Panel, top: f64) -> fmt::Result {
     for (_, at) in &laid.places {
         write!(lines, "M{at:.1} {first}V{below}")?;
     }
-    writeln!(out, "<path class=\"change\" d=\"{lines}\"/>")?;
+    writeln!(out, "<path class=\"grid\" d=\"{lines}\"/>")?;
     let foot = |number: usize| first + TRACK * (number + 1) as f64 - 8.0;
     for (number, track) in panel.tracks.iter().enumerate() {
         let low = foot(number);
@@ -265,7 +244,7 @@ fn times(out: &mut Formatter<'_>, laid: &Laid, below: f64) -> fmt::Result {
             at + 2.0
         )?;
     }
-    writeln!(out, "<path class=\"axis\" d=\"{lines}\"/>")?;
+    writeln!(out, "<path class=\"frame\" d=\"{lines}\"/>")?;
     writeln!(out, "<text class=\"end\" x=\"{}\" y=\"{text}\">ms</text>", left - 10.0)?;
     let mut free_from = f64::NEG_INFINITY;
     // The ends are margins.
@@ -311,7 +290,9 @@ mod tests {
             text.contains("&lt;8&gt;") && text.contains("M &amp; S") && text.ends_with("</svg>\n")
         );
         // Nothing at all is a drawing too.
-        let empty = Timing { panels: vec![panel(&[], [0.0, 0.0])], ..drawing };
+        let empty = Timing { panels: vec![panel(&[], [0.0, 0.0])], ..drawing.clone() };
         assert!(!empty.to_string().contains("NaN"));
+        let blank = Timing { panels: Vec::new(), ..drawing };
+        assert!(blank.to_string().contains("nothing was recorded"));
     }
 }

@@ -1,17 +1,17 @@
 //! Commands against commands: where two jobs differ first, and how far apart what they execute is.
 //!
-//! The ticks of the second job are taken for a path of straight pieces, and the first is held against it as
-//! against any path: the greatest distance is the Fréchet distance of what both execute.
+//! What both execute are polylines, tick point by tick point: their greatest distance is the Fréchet
+//! distance of these (`apart`).
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::apart::{Apart, Vertex, apart};
 use super::executed::Executed;
-use super::{Cause, Place, Setup, VerifyError, verify};
+use super::{Cause, Place, Setup, VerifyError, tolerance_mm};
 use crate::base::rounding::six_digits;
-use crate::base::{Axis, AxisMap, Command, Machine, Point};
-use crate::path::{Corner, Curve, PathItem, Segment};
+use crate::base::{Axis, AxisMap, Command, Machine};
 
 /// What two jobs have in common, and what not.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -22,8 +22,11 @@ pub struct Comparison {
     pub same: bool,
     /// Where they part first.
     pub first_difference: Option<FirstDifference>,
-    /// The Fréchet distance between what both execute in X, Y and Z.
+    /// The Fréchet distance between what both execute in X, Y and Z: so much at most.
     pub max_distance_mm: f64,
+    /// By how much less it may be: a thousandth, or more where both are so far apart that it would take long
+    /// to tell.
+    pub max_distance_resolution_mm: f64,
     /// Whether the distance is greater than that, by how much is unknown.
     pub max_distance_is_lower_bound: bool,
     /// Where it is greatest: tick of the first job, NC line of the second.
@@ -94,10 +97,11 @@ where
         }
     }
     let is_elsewhere = setups[0].start_steps != setups[1].start_steps;
-    let distance = match parted.is_some() || is_elsewhere {
-        true => Some(distance(setups, &first, &second)?),
-        false => None,
+    let apart = match parted.is_some() || is_elsewhere {
+        true => distance(setups, &first, &second)?,
+        false => Apart { high_mm: Some(0.0), ..Apart::default() },
     };
+    let max_mm = apart.high_mm.unwrap_or(apart.low_mm);
     let [a, b] = &sides;
     let end = |axis: Axis| (axis, b.steps[axis].saturating_sub(a.steps[axis]));
     let seconds = |i: usize| six_digits(sides[i].ticks as f64 * setups[i].tick_s());
@@ -105,11 +109,10 @@ where
         schema: 1,
         same: parted.is_none() && !is_elsewhere && setups[0].tick_us == setups[1].tick_us,
         first_difference: parted,
-        max_distance_mm: distance.as_ref().map_or(0.0, |report| report.max_contour_error_mm),
-        max_distance_is_lower_bound: distance
-            .as_ref()
-            .is_some_and(|report| report.max_contour_error_is_lower_bound),
-        worst: distance.and_then(|report| report.worst),
+        max_distance_mm: six_digits(max_mm),
+        max_distance_resolution_mm: six_digits(max_mm - apart.low_mm.min(max_mm)),
+        max_distance_is_lower_bound: apart.high_mm.is_none(),
+        worst: apart.at.map(Place::from),
         end_difference_steps: setups[0].machine.axes.iter().map(|p| end(p.axis)).collect(),
         ticks: [a.ticks, b.ticks],
         seconds: [seconds(0), seconds(1)],
@@ -163,47 +166,39 @@ impl Side {
     }
 }
 
-/// The first job held against the second as against a path.
 fn distance<A, B, EA, EB>(
     [one, other]: [&Setup; 2],
     first: impl Fn() -> Result<A, EA>,
     second: impl Fn() -> Result<B, EB>,
-) -> Result<super::Report, VerifyError>
+) -> Result<Apart, VerifyError>
 where
     A: Iterator<Item = Result<Command, EA>>,
     B: Iterator<Item = Result<Command, EB>>,
     EA: Into<Cause>,
     EB: Into<Cause>,
 {
-    let setup = Setup { constant_feed: true, with_events: false, with_buffers: false, ..*one };
-    verify(&setup, first, || second().map(|commands| polyline(other, commands)))
+    apart(
+        tolerance_mm(one.machine),
+        || Ok(vertices(one, first().map_err(cause)?)),
+        || Ok(vertices(other, second().map_err(cause)?)),
+    )
 }
 
-/// What ticks execute, as a path without feeds.
-fn polyline<E>(
+/// Where ticks that move X, Y or Z end, behind where they start.
+fn vertices<E: Into<Cause>>(
     setup: &Setup,
     commands: impl Iterator<Item = Result<Command, E>>,
-) -> impl Iterator<Item = Result<PathItem, E>> {
+) -> impl Iterator<Item = Result<Vertex, VerifyError>> {
     let mut executed = Executed::new(setup);
-    let scale = AxisMap::from_fn(|axis| {
-        setup.machine.axis(axis).map_or(f64::INFINITY, |profile| profile.steps_per_mm)
-    });
-    let place = move |executed: &Executed| -> Point {
-        let steps = executed.steps();
-        AxisMap::from_fn(|axis| steps[axis] as f64 / scale[axis])
-    };
-    commands.filter_map(move |command| match command {
-        Err(error) => Some(Err(error)),
+    let start = Vertex { at: executed.at(), tick: 0, line: 0 };
+    let moves = commands.filter_map(move |command| match command {
+        Err(error) => Some(Err(cause(error))),
         Ok(Command::Event(_)) => None,
         Ok(Command::Tick(tick)) => {
-            let from_mm = place(&executed);
-            executed.tick(&tick);
-            let to_mm = place(&executed);
-            let (line, corner) = (tick.line, Corner::Exact);
-            let curve = Curve::Line;
-            (from_mm != to_mm).then(|| {
-                Ok(PathItem::from(Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner }))
-            })
+            let point = executed.tick(&tick);
+            let vertex = Vertex { at: point.at, tick: point.tick, line: tick.line };
+            point.moved.then_some(Ok(vertex))
         }
-    })
+    });
+    std::iter::once(Ok(start)).chain(moves)
 }

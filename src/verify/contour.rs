@@ -203,16 +203,17 @@ where
         Ok(Found::of(&sweep, rungs_mm, false))
     }
 
-    /// How far each tick point lies from where it is matched on the path, as far as a distance suffices.
+    /// How far each tick point lies from where it is matched on the path, as far as a distance suffices;
+    /// and whether it does to the end.
     pub fn distances(
         &self,
         distance_mm: f64,
         mut take: impl FnMut(u64, f64),
-    ) -> Result<(), VerifyError> {
+    ) -> Result<bool, VerifyError> {
         let sagitta_mm = tolerance_mm(self.setup.machine) * SAGITTA_SHARE;
         let start = Executed::new(self.setup).at();
         let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
-        let Some(first) = edges.next()? else { return Ok(()) };
+        let Some(first) = edges.next()? else { return Ok(true) };
         let mut matcher = Matcher::new(self.setup, distance_mm, first);
         let mut number = 0;
         for command in self.commands()? {
@@ -220,13 +221,13 @@ where
             if let Command::Tick(tick) = command {
                 matcher.tick(&tick, &mut edges)?;
                 if matcher.is_dead() {
-                    break;
+                    return Ok(false);
                 }
                 take(number, matcher.distance_mm());
                 number += 1;
             }
         }
-        Ok(())
+        Ok(true)
     }
 
     /// One pass with one distance, as far as that suffices. `each` sees every command, what of the

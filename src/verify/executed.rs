@@ -39,11 +39,6 @@ impl Executed {
         })
     }
 
-    /// Where all axes stand now, in steps.
-    pub fn steps(&self) -> &AxisMap<i64> {
-        &self.steps
-    }
-
     /// Where the other axes stand now, in steps.
     pub fn others_steps(&self) -> Others {
         OTHER_AXES.map(|axis| self.steps[axis] as f64)

@@ -12,12 +12,13 @@
 //!   events and both ends (`ramps`).
 //! - *Feed*: mean speed along the path against F (`feed`).
 //!
-//! Two jobs are compared the same way: what one executes is a path to the other (`compare`).
+//! Two jobs are compared the same way, as the polylines that both execute (`compare`, `apart`).
 //!
 //! Commands and path are streams. A sound job is read once as a rule; where its contour error
 //! takes more to be told, or a job is out of tolerance, several times. Memory is that of the path
 //! within the tolerance. What is not done: jerk is reported and not judged.
 
+mod apart;
 mod checks;
 mod compare;
 mod contour;
@@ -118,7 +119,7 @@ where
 }
 
 /// How far each tick point lies from where it is matched on the path, tick by tick from 0; up to where the
-/// two are further apart than a distance. For drawings: it takes the chords between ticks for what they are
+/// two are further apart than a distance. Gives whether that sufficed to the end. For drawings: it takes the chords between ticks for what they are
 /// at their ends, and judges nothing.
 ///
 /// # Errors
@@ -129,7 +130,7 @@ pub fn distances<C, P, CE, PE>(
     commands: impl Fn() -> Result<C, CE>,
     path: impl Fn() -> Result<P, PE>,
     take: impl FnMut(u64, f64),
-) -> Result<(), VerifyError>
+) -> Result<bool, VerifyError>
 where
     C: Iterator<Item = Result<Command, CE>>,
     P: Iterator<Item = Result<PathItem, PE>>,

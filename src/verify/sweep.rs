@@ -283,7 +283,11 @@ impl<const N: usize> Sweep<N> {
     ) -> Result<(), E> {
         let rest = more()?;
         let last = self.rows.back().filter(|_| rest.is_none());
-        let arrived = |level: usize| last.is_some_and(|row| row.reach.to[level] >= 1.0);
+        let arrived = |level: usize| {
+            last.is_some_and(|Row { reach, .. }| {
+                reach.from[level] <= reach.to[level] && reach.to[level] >= 1.0
+            })
+        };
         let least = (self.dead..N).find(|level| arrived(*level)).unwrap_or(N);
         self.bury(least, tick);
         Ok(())

@@ -196,6 +196,16 @@ fn a_skipped_circle_fails() {
 }
 
 #[test]
+fn a_way_out_and_back_that_is_left_out_at_the_end_is_missed_whole() {
+    let machine = starmill();
+    let all = Drawing::new().line([5.0, 0.0, 0.0]).line([1.5, 0.0, 0.0]).line([-1.5, 0.0, 0.0]);
+    let job = steps(&machine, &all.path[..1]);
+    let report = held(&machine, &all.path, &job, false);
+    assert_eq!(contour_of(&report), Verdict::Fail);
+    assert!((report.max_contour_error_mm - 1.5).abs() < 0.01, "{report:#?}");
+}
+
+#[test]
 fn a_missing_end_fails() {
     check_fails("end point", |job| job.truncate(job.len() - 10));
     check_fails("events", |job| job.truncate(job.len() - 1));

@@ -255,8 +255,9 @@ impl Program {
         })
     }
 
-    /// The job's commands held against the path, as `verify` would hold its dump.
-    pub fn verified(&self) -> anyhow::Result<verify::Report> {
+    /// The job's commands held against the path, as `verify` would hold its dump: planned anew, unless they
+    /// are at hand.
+    pub fn verified(&self, commands: Option<&[Command]>) -> anyhow::Result<verify::Report> {
         let machine = &self.machine;
         let setup = Setup {
             machine,
@@ -269,7 +270,10 @@ impl Program {
         let summary = RefCell::new(Summary::default());
         let _pass = Pass::begin("verifying");
         let path = || Ok::<_, RunError>(self.path());
-        Ok(verify::verify(&setup, || self.commands(&summary), path)?)
+        Ok(match commands {
+            Some(commands) => verify::verify(&setup, || Ok::<_, RunError>(given(commands)), path)?,
+            None => verify::verify(&setup, || self.commands(&summary), path)?,
+        })
     }
 
     /// Where node buffers end, found when it is first asked for.
@@ -344,6 +348,11 @@ impl Program {
             encoding,
         }
     }
+}
+
+/// Commands that are at hand, as a stream.
+pub fn given(commands: &[Command]) -> impl Iterator<Item = Result<Command, RunError>> {
+    commands.iter().cloned().map(Ok)
 }
 
 /// Takes what a pass gives, tells how far it is, and ends it when the operator wants that.

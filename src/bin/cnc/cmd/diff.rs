@@ -170,6 +170,10 @@ fn print(out: &mut impl Write, found: &Comparison, tolerance_mm: Option<f64>) ->
         )?;
         let at_least = if found.max_distance_is_lower_bound { "more than " } else { "" };
         write!(out, "apart     {at_least}{:.4} mm", found.max_distance_mm)?;
+        // A thousandth goes without saying.
+        if found.max_distance_resolution_mm > 2e-3 * found.max_distance_mm.max(0.01) {
+            write!(out, " at most, {:.4} less", found.max_distance_resolution_mm)?;
+        }
         if let Some(worst) = &found.worst {
             write!(out, " at tick {} of A, line {}", worst.tick, worst.line)?;
         }

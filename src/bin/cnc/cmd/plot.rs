@@ -203,6 +203,7 @@ pub fn sheet_of(
         title: format!("{} on {}", program.source.file_name(), program.machine.name),
         views,
         strokes: &strokes,
+        knows_rapids: true,
         travel_mm,
         seams: &seams,
         wrong: outside(&strokes),
@@ -215,7 +216,7 @@ pub fn sheet_of(
 fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failure> {
     MotionArgs::refuse_for_dump(global)?;
     let machine = input::machine(global)?;
-    let name = source.name().to_owned();
+    let (name, file_name) = (source.name().to_owned(), source.file_name().to_owned());
     let reader = Reader::open(source).with_context(|| name.clone()).or_bad_input()?;
     let header = reader.header().clone();
     if header.machine.name != machine.id {
@@ -236,9 +237,10 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
     let svg = match args.curve {
         Some(curve) => curves::of_dump(curve, &traces, &header.program.name)?,
         None => Sheet {
-            title: format!("{name} (of {}) on {}", header.program.name, machine.name),
+            title: format!("{file_name} (of {}) on {}", header.program.name, machine.name),
             views: views(args.view),
             strokes: &strokes,
+            knows_rapids: false,
             travel_mm: travel_mm(&machine),
             seams: &[],
             wrong: outside(&strokes),

@@ -12,7 +12,7 @@ use anyhow::{Context, anyhow};
 use askama::Template;
 use cnc::base::Command;
 use cnc::base::machine::Protocol;
-use cnc::plot::{Quantity, Traces, View};
+use cnc::plot::{Quantity, Traces, View, style_element};
 use cnc::step::{Phases, Summary};
 use cnc::verify::{self, Verdict};
 use cnc::wire::{Job, Proof, lint};
@@ -82,20 +82,24 @@ fn of_program(file: &Path, args: &Args, global: &Global) -> Outcome {
     let judge = |machine| Program::judge(file, source.clone(), machine, &args.motion, global);
     let program = judge(machine.clone())?;
     let mut document = Document::of(&program);
-    let ran = if program.checked.errors == 0 { Some(ran(&program)?) } else { None };
+    let is_drawn = args.output.is_some() || !global.json;
+    let ran = match program.checked.errors {
+        0 => Some(ran(&program, is_drawn)?),
+        _ => None,
+    };
     if let Some(ran) = &ran {
         document.take(ran, &program);
     }
-    if args.output.is_some() || !global.json {
+    if is_drawn {
         let mut page = head(&program, &document);
         let travel_mm = plot::travel_mm(&machine);
         if let Some(ran) = &ran {
-            page.path = Some(plot::sheet_of(&program, travel_mm, &View::ALL)?);
-            job(&mut page, &program, ran)?;
+            page.path = Some(page.drawing(&plot::sheet_of(&program, travel_mm, &View::ALL)?));
+            job(&mut page, &program, ran);
         } else {
             let endless = judge(plot::without_travel(machine))?;
             if endless.checked.errors == 0 {
-                page.path = Some(plot::sheet_of(&endless, travel_mm, &View::ALL)?);
+                page.path = Some(page.drawing(&plot::sheet_of(&endless, travel_mm, &View::ALL)?));
             }
         }
         put(&page, args)?;
@@ -146,6 +150,7 @@ fn head(program: &Program, document: &Document) -> Page {
         figures: Vec::new(),
         findings,
         more_findings,
+        drawings_style: style_element(),
         path: None,
         curves: Vec::new(),
         tables: Vec::new(),
@@ -159,11 +164,13 @@ struct Ran<'p> {
     summary: Summary,
     traces: Traces<'p>,
     report: verify::Report,
+    /// How far it is off over time, drawn where a page is wanted.
+    error: Option<String>,
     /// None where the machine has no bus.
     bus: Option<Result<Proof, String>>,
 }
 
-fn ran(program: &Program) -> Result<Ran<'_>, Failure> {
+fn ran(program: &Program, is_drawn: bool) -> Result<Ran<'_>, Failure> {
     let machine = &program.machine;
     let summary = RefCell::new(Summary::with_times(machine));
     let start_steps = machine.nearest_steps(&program.start_mm());
@@ -186,22 +193,28 @@ fn ran(program: &Program) -> Result<Ran<'_>, Failure> {
     if let Some(times) = &mut summary.times {
         times.finish();
     }
-    let report =
-        program.verified().with_context(|| program.source.name().to_owned()).or_bad_input()?;
+    let at_hand = has_nodes.then_some(kept.as_slice());
+    let report = program
+        .verified(at_hand)
+        .with_context(|| program.source.name().to_owned())
+        .or_bad_input()?;
+    let error = match is_drawn {
+        true => Some(curves::errors(program, at_hand, false)?.to_string()),
+        false => None,
+    };
     let proof = || lint(&Job::new(kept, start_steps, machine)?, machine);
     let bus = has_nodes.then(|| proof().map_err(|error| error.to_string()));
-    Ok(Ran { summary, traces, report, bus })
+    Ok(Ran { summary, traces, report, error, bus })
 }
 
 /// Puts the job on the page.
-fn job(page: &mut Page, program: &Program, ran: &Ran<'_>) -> Result<(), Failure> {
-    let Ran { summary, traces, report, bus } = ran;
+fn job(page: &mut Page, program: &Program, ran: &Ran<'_>) {
+    let Ran { summary, traces, report, error, bus } = ran;
     figures(page, program, summary, report);
     let name = program.source.file_name();
-    page.curves.push(curves::of_program(plot::CurveArg::Error, program)?);
-    for quantity in [Quantity::Speed, Quantity::Acceleration, Quantity::StepRate] {
-        page.curves.push(traces.chart(quantity, name).to_string());
-    }
+    let quantities = [Quantity::Speed, Quantity::Acceleration, Quantity::StepRate];
+    let traced = quantities.map(|quantity| traces.chart(quantity, name).to_string());
+    page.curves = error.iter().chain(&traced).map(|svg| page.drawing(svg)).collect();
     page.tables = vec![times(summary), seams(program, summary), limits(summary), checks(report)];
     if let Some(Ok(proof)) = bus {
         let mut table = Table::new("Bus", &["what", "#value"]);
@@ -216,7 +229,6 @@ fn job(page: &mut Page, program: &Program, ran: &Ran<'_>) -> Result<(), Failure>
         }
         page.tables.push(table);
     }
-    Ok(())
 }
 
 fn figures(page: &mut Page, program: &Program, summary: &Summary, report: &verify::Report) {

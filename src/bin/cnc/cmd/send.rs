@@ -431,7 +431,7 @@ fn simulate(
     let difference = job.first_difference(&link.nodes().executed());
     let contour = match program {
         Some(program) if ending.end == End::Done && difference.is_none() => {
-            Some(program.verified()?)
+            Some(program.verified(None)?)
         }
         _ => None,
     };

@@ -48,6 +48,10 @@ struct Sheet {
     /// What tells the curves apart.
     by: Column,
     limits: Vec<Limit>,
+    /// What it shows is whole numbers, that hold from one point to the next.
+    in_stairs: bool,
+    /// There is one curve, and what tells it from others stands in the title.
+    is_single: bool,
 }
 
 /// Computes them.
@@ -107,6 +111,8 @@ fn load(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Result<
         y: (("line_ms", "line ms"), Scale::linear("time on the line, ms")),
         by: ("baud", "baud"),
         limits: vec![period_limit(Along::Y, period_s)],
+        in_stairs: false,
+        is_single: false,
     };
     Ok(sheet.drawn(settings, |setting| [f64::from(setting.nodes), setting.carry().line_s * 1e3]))
 }
@@ -133,6 +139,8 @@ fn fill(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Result<
             along: Along::Y,
             at: buffer_s * 1e3,
         }],
+        in_stairs: false,
+        is_single: false,
     };
     Ok(sheet.drawn(settings, |setting| {
         [f64::from(setting.baud), setting.carry().fill_s.unwrap_or(0.0) * 1e3]
@@ -145,6 +153,13 @@ fn sync(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Result<
     let period_s = period_s(args);
     let nodes = args.nodes.as_ref().map(|list| list.0.clone());
     let nodes = nodes.unwrap_or_else(|| vec![args.usual(interface, machine).nodes]);
+    let is_single = nodes.len() == 1;
+    let title = match (nodes.as_slice(), interface) {
+        // One byte for all, however many they are.
+        ([_], Interface::Buffered) => format!("Delay of the sync message, {interface}"),
+        ([nodes], _) => format!("Delay of the sync message, {interface}, {nodes} nodes"),
+        _ => format!("Delay of the sync message, {interface}"),
+    };
     let settings = nodes.into_iter().map(|nodes| {
         let usual = Setting { nodes, period_s, ..args.usual(interface, machine) };
         (nodes, bauds.iter().map(|baud| Setting { baud: *baud, ..usual }).collect())
@@ -152,11 +167,13 @@ fn sync(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Result<
     let sheet = Sheet {
         name: "sync",
         interface,
-        title: format!("Delay of the sync message, {interface}"),
+        title,
         x: (("baud", "baud"), Scale::logarithmic("baud rate, bit/s")),
         y: (("sync_ms", "sync ms"), Scale::logarithmic("delay, ms")),
         by: ("nodes", "nodes"),
         limits: vec![period_limit(Along::Y, period_s)],
+        in_stairs: false,
+        is_single,
     };
     Ok(sheet.drawn(settings, |setting| {
         [f64::from(setting.baud), setting.carry().sync_s.unwrap_or(0.0) * 1e3]
@@ -180,6 +197,8 @@ fn computing(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Re
         y: (("left_ms", "left ms"), Scale::logarithmic("time left, ms")),
         by: ("baud", "baud"),
         limits: vec![frequency_limit()],
+        in_stairs: false,
+        is_single: false,
     };
     Ok(sheet.drawn(settings, |setting| [1.0 / setting.period_s, setting.carry().left_s * 1e3]))
 }
@@ -200,6 +219,8 @@ fn nodes(interface: Interface, args: &Args, machine: &Machine) -> anyhow::Result
         y: (("nodes_max", "nodes max"), Scale::linear("nodes")),
         by: ("baud", "baud"),
         limits: vec![frequency_limit()],
+        in_stairs: true,
+        is_single: false,
     };
     Ok(sheet
         .drawn(settings, |setting| [1.0 / setting.period_s, f64::from(setting.carry().nodes_max)]))
@@ -242,7 +263,9 @@ impl Sheet {
                 vec![Cell::text(self.interface), Cell::Whole(by.into()), x, Cell::Number(*y, 4)]
             }));
             let what = if by == 1 { self.by.1.trim_end_matches('s') } else { self.by.1 };
-            drawn.push(Curve { name: format!("{by} {what}"), points });
+            let name = if self.is_single { String::new() } else { format!("{by} {what}") };
+            let points = if self.in_stairs { stairs(&points) } else { points };
+            drawn.push(Curve { name, points });
         }
         let chart = Chart {
             title: self.title,
@@ -253,6 +276,18 @@ impl Sheet {
         };
         Drawn { name: self.name, table, chart }
     }
+}
+
+/// Values that hold up to the next point, where they change at once.
+fn stairs(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut all: Vec<[f64; 2]> = Vec::new();
+    for point in points {
+        if let Some([_, before]) = all.last().copied().filter(|[_, before]| *before != point[1]) {
+            all.push([point[0], before]);
+        }
+        all.push(*point);
+    }
+    all
 }
 
 fn each(interface: Interface) -> &'static str {

@@ -44,21 +44,41 @@ pub fn print(
             if first == last { format!("line {first}") } else { format!("lines {first}-{last}") };
         writeln!(
             out,
-            "{lines}: {:.3} kW, and the spindle has {}; F{} would fit",
-            side.load().power_kw,
-            setup.spindle.power_kw,
+            "{lines}: {} kW, and the spindle has {}; F{} would fit",
+            column(side.load().power_kw, 3),
+            short(setup.spindle.power_kw),
             fits(side)
         )?;
     }
     let sides = rows.iter().filter_map(Row::side);
     let most_kw = sides.map(|side| side.load().power_kw).fold(0.0, f64::max);
     let (kw, share) = (setup.spindle.power_kw, 100.0 * most_kw / setup.spindle.power_kw);
-    writeln!(out, "most: {most_kw:.3} of {kw} kW, {share:.0} %")
+    let (most_kw, kw, share) = (column(most_kw, 3), short(kw), column(share, 0));
+    writeln!(out, "most: {most_kw} of {kw} kW, {share} %")
 }
 
 /// The feed that fits, rounded down to a tenth.
-fn fits(side: &Side) -> f64 {
-    (side.fits_mm_min * 10.0).floor() / 10.0
+fn fits(side: &Side) -> String {
+    short((side.fits_mm_min * 10.0).floor() / 10.0)
+}
+
+/// A number as it is, or by its power of ten where it would take more digits than anyone reads.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// A number with so many decimals, or by its power of ten where these do not show it, or it is too wide.
+fn column(value: f64, decimals: usize) -> String {
+    let is_shown = value == 0.0 || value.abs() >= 0.5 * 0.1_f64.powi(decimals as i32);
+    if is_shown && value.abs() < 1e6 {
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
 }
 
 fn head(out: &mut impl Write, program: &Program, setup: &Setup) -> io::Result<()> {
@@ -69,18 +89,24 @@ fn head(out: &mut impl Write, program: &Program, setup: &Setup) -> io::Result<()
     writeln!(
         out,
         "tool      {}: {} mm, {} teeth, rake {}°, edge {}°",
-        setup.tool_name, tool.diameter_mm, tool.teeth, tool.rake_deg, tool.edge_angle_deg
+        setup.tool_name,
+        short(tool.diameter_mm),
+        tool.teeth,
+        short(tool.rake_deg),
+        short(tool.edge_angle_deg)
     )?;
     writeln!(
         out,
         "material  {}: k_c1.1 {} N/mm², m_c {}",
-        setup.material_name, cut.material.kc11_n_mm2, cut.material.mc
+        setup.material_name,
+        short(cut.material.kc11_n_mm2),
+        short(cut.material.mc)
     )?;
     writeln!(
         out,
         "cut       every feed move {} mm deep and {} mm wide: a tooth is in the work for {:.1}°",
-        cut.depth_mm,
-        cut.width_mm,
+        short(cut.depth_mm),
+        short(cut.width_mm),
         cut.engaged_deg()
     )?;
     let share = 100.0 * spindle.efficiency;
@@ -96,15 +122,15 @@ fn head(out: &mut impl Write, program: &Program, setup: &Setup) -> io::Result<()
 fn load(out: &mut impl Write, setup: &Setup, side: &Side, load: &Load) -> io::Result<()> {
     write!(
         out,
-        " {:>8.1} {:>7.0} {:>8.4} {:>8.4} {:>9.1} {:>8.1} {:>8.4} {:>4.0} %",
-        load.feed_mm_min,
-        side.rpm,
-        load.feed_tooth_mm,
-        load.chip_mm,
-        load.force_n_mm2,
-        load.tooth_n,
-        load.power_kw,
-        100.0 * load.power_kw / setup.spindle.power_kw
+        " {:>8} {:>7} {:>8} {:>8} {:>9} {:>8} {:>8} {:>4} %",
+        column(load.feed_mm_min, 1),
+        column(side.rpm, 0),
+        column(load.feed_tooth_mm, 4),
+        column(load.chip_mm, 4),
+        column(load.force_n_mm2, 1),
+        column(load.tooth_n, 1),
+        column(load.power_kw, 4),
+        column(100.0 * load.power_kw / setup.spindle.power_kw, 0)
     )
 }
 

@@ -101,8 +101,10 @@ fn by_ticks(program: &Program) -> Result<(Whole, u64), Failure> {
             }
         }
     }
-    let report =
-        program.verified().context("the ticks cannot be held against the path").or_bad_input()?;
+    let report = program
+        .verified(None)
+        .context("the ticks cannot be held against the path")
+        .or_bad_input()?;
     let linear = machine.axes.iter().filter(|profile| Axis::LINEAR.contains(&profile.axis));
     let coarsest = linear.map(|profile| profile.steps_per_mm).fold(f64::INFINITY, f64::min);
     let error_pulses = report.max_contour_error_mm * coarsest;

@@ -12,13 +12,16 @@ use cnc::verify::{Setup, distances, tolerance_mm};
 
 use super::CurveArg;
 use crate::exit::{ExitWith, Failure};
-use crate::program::Program;
+use crate::program::{Program, given};
 
 /// How far off the seed's encoder is followed, in mm.
 const THESIS_OFF_MAX_MM: f64 = 10.0;
 
 /// Distances below this are drawn as this, so that a logarithmic axis has an end.
 const SHOWN_MM_MIN: f64 = 1e-4;
+
+/// By how much more is followed where a distance did not suffice: a window grows with it, and so does time.
+const WIDER: f64 = 4.0;
 
 /// Draws a quantity of a program's job.
 pub fn of_program(curve: CurveArg, program: &Program) -> Result<String, Failure> {
@@ -35,23 +38,33 @@ pub fn of_program(curve: CurveArg, program: &Program) -> Result<String, Failure>
         }
         return Ok(traces.chart(quantity, name).to_string());
     }
-    let bound_mm = tolerance_mm(machine);
-    let mut curves = vec![ours(program, bound_mm)?];
+    Ok(errors(program, None, curve == CurveArg::Encoders)?.to_string())
+}
+
+/// How far the executed path is off; beside the seed's own encoder, if asked. The program is planned anew,
+/// unless its commands are at hand.
+pub fn errors(
+    program: &Program,
+    commands: Option<&[Command]>,
+    with_encoders: bool,
+) -> Result<Chart, Failure> {
+    let name = program.source.file_name();
+    let bound_mm = tolerance_mm(&program.machine);
+    let mut curves = vec![ours(program, commands, bound_mm)?];
     let mut title = format!("{name}: how far the executed path is off");
     let mut y = Scale::linear("distance from the path, mm");
-    if curve == CurveArg::Encoders {
+    if with_encoders {
         curves.insert(0, theirs(program)?);
         title = format!("{name}: command-generation error of two encoders");
         y = Scale::logarithmic(&y.label);
     }
-    let chart = Chart {
+    Ok(Chart {
         title,
         x: Scale::linear("time of motion, s"),
         y,
         curves,
         limits: vec![Limit { name: "bound".to_owned(), along: Along::Y, at: bound_mm }],
-    };
-    Ok(chart.to_string())
+    })
 }
 
 /// Draws a quantity of a dump.
@@ -71,10 +84,13 @@ fn quantity(curve: CurveArg) -> Option<Quantity> {
     }
 }
 
-fn ours(program: &Program, bound_mm: f64) -> Result<Curve, Failure> {
+fn ours(program: &Program, commands: Option<&[Command]>, bound_mm: f64) -> Result<Curve, Failure> {
     let summary = RefCell::new(Summary::default());
-    let tick_us = program.machine.bus.tick_us;
-    error_curve("this program", program, tick_us, bound_mm, || program.commands(&summary))
+    let (name, tick_us) = ("this program", program.machine.bus.tick_us);
+    match commands {
+        Some(commands) => error_curve(name, program, tick_us, bound_mm, || Ok(given(commands))),
+        None => error_curve(name, program, tick_us, bound_mm, || program.commands(&summary)),
+    }
 }
 
 fn theirs(program: &Program) -> Result<Curve, Failure> {
@@ -105,12 +121,19 @@ where
         with_buffers: false,
     };
     let tick_s = f64::from(tick_us) * 1e-6;
-    let mut envelope = Envelope::new(tick_s);
     let path = || Ok::<_, RunError>(program.path());
-    distances(&setup, within_mm, commands, path, |tick, mm| {
-        envelope.add((tick + 1) as f64 * tick_s, mm.max(SHOWN_MM_MIN));
-    })
-    .with_context(|| program.source.name().to_owned())
-    .or_bad_input()?;
+    let mut follows_mm = tolerance_mm(machine).min(within_mm);
+    let envelope = loop {
+        let mut envelope = Envelope::new(tick_s);
+        let suffices = distances(&setup, follows_mm, &commands, path, |tick, mm| {
+            envelope.add((tick + 1) as f64 * tick_s, mm.max(SHOWN_MM_MIN));
+        })
+        .with_context(|| program.source.name().to_owned())
+        .or_bad_input()?;
+        if suffices || follows_mm == within_mm {
+            break envelope;
+        }
+        follows_mm = (follows_mm * WIDER).min(within_mm);
+    };
     Ok(Curve { name: name.to_owned(), points: envelope.points() })
 }

@@ -8,6 +8,7 @@ use cnc::wire_io::journal::hex;
 use serde::{Deserialize, Serialize};
 
 use super::Ran;
+use crate::plural::count;
 use crate::program::Program;
 
 /// Version of the document.
@@ -166,8 +167,10 @@ impl Document {
             ),
             (Verdict::Pass, None, _) => "Pass".to_owned(),
             (Verdict::Fail, ..) => format!("Fail: {}", self.failures.join("; ")),
-            (Verdict::Refused, _, 1) => "Cannot be run: there is 1 error".to_owned(),
-            (Verdict::Refused, _, errors) => format!("Cannot be run: there are {errors} errors"),
+            (Verdict::Refused, _, errors) => {
+                let there = if errors == 1 { "there is" } else { "there are" };
+                format!("Cannot be run: {there} {}", count(errors, "error"))
+            }
         }
     }
 

@@ -13,6 +13,8 @@ pub struct Page {
     pub figures: Vec<Figure>,
     pub findings: Vec<Finding>,
     pub more_findings: u64,
+    /// The style sheet of all drawings, as an element: they have none of their own here.
+    pub drawings_style: String,
     /// The path as SVG.
     pub path: Option<String>,
     /// Curves over time as SVG.
@@ -59,6 +61,13 @@ pub struct Table {
 pub struct Cell {
     pub text: String,
     pub is_number: bool,
+}
+
+impl Page {
+    /// A drawing for this page.
+    pub fn drawing(&self, svg: &str) -> String {
+        svg.replacen(&self.drawings_style, "", 1)
+    }
 }
 
 impl Figure {
