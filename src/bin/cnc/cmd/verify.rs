@@ -175,7 +175,7 @@ fn planned(
     let program = Program::judge(&judged.path, program, machine.clone(), &args.motion, global)?;
     judged.checked = Some(program.checked.clone());
     if program.checked.errors == 0 {
-        judged.report = Some(program.verified()?);
+        judged.report = Some(program.verified(None)?);
     }
     Ok(())
 }
