@@ -81,6 +81,7 @@ fn check(file: &Path) -> usize {
             .env("PATH", &path)
             .env_remove("CNC_MACHINE")
             .env("XDG_STATE_HOME", folder.path())
+            .env("XDG_CONFIG_HOME", folder.path())
             .stdin(std::process::Stdio::null())
             .output()
             .unwrap();
