@@ -1,5 +1,5 @@
 #!/bin/sh
-# Checks the interpolation error of every NC program in a folder: each is interpolated to steps,
+# Checks the interpolation error of every NC program in a folder, not in those below it: each is interpolated to steps,
 # and the steps are held against the programmed path. Prints a line a program.
 #
 #   samples/ci/check-folder.sh FOLDER [OPTIONS OF CNC, as --machine router]
@@ -54,7 +54,8 @@ checked=0
 failed=0
 for program in "$folder"/*; do
     case $program in
-        *.nc | *.NC | *.ngc | *.NGC | *.gcode | *.GCODE | *.tap | *.TAP) ;;
+        *.[nN][cC] | *.[nN][gG][cC] | *.[gG][cC][oO][dD][eE] | *.[gG][cC]) ;;
+        *.[cC][nN][cC] | *.[tT][aA][pP] | *.[eE][iI][aA]) ;;
         *) continue ;;
     esac
     check "$program" "$@"
@@ -64,7 +65,7 @@ for program in "$folder"/*; do
 done
 
 if [ "$checked" -eq 0 ]; then
-    echo "$folder holds no NC program (*.nc, *.ngc, *.gcode, *.tap)" >&2
+    echo "$folder holds no NC program (*.nc, *.ngc, *.gcode, *.gc, *.cnc, *.tap, *.eia)" >&2
     exit 2
 fi
 echo "$((checked - failed)) of $checked programs within tolerance"

@@ -32,10 +32,11 @@ if [ -e "$results" ]; then
     exit 2
 fi
 mkdir -p "$results/programs"
-find "$folder" -type f \( -iname '*.nc' -o -iname '*.ngc' -o -iname '*.gcode' -o -iname '*.tap' \) |
+find "$folder" -mindepth 1 -name '.*' -prune -o -type f \( -iname '*.nc' -o -iname '*.ngc' -o -iname '*.gcode' \
+    -o -iname '*.gc' -o -iname '*.cnc' -o -iname '*.tap' -o -iname '*.eia' \) -print |
     LC_ALL=C sort >"$results/programs.txt"
 if [ ! -s "$results/programs.txt" ]; then
-    echo "$folder holds no NC program (*.nc, *.ngc, *.gcode, *.tap)" >&2
+    echo "$folder holds no NC program (*.nc, *.ngc, *.gcode, *.gc, *.cnc, *.tap, *.eia)" >&2
     exit 2
 fi
 

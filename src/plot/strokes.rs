@@ -2,15 +2,19 @@
 //!
 //! Places are kept as they are until there are too many. Then pieces that follow each other become one as
 //! far as it stays within a distance of the places between, and those that lie on others of the same
-//! speed, or are shorter than that distance, fall away; it grows by two until what is left are few enough.
+//! speed, or are shorter than that distance, fall away; it grows by a fifth until what is left are few enough.
 //! What is left still ends on the way itself, and the extents stay exact.
 
 use std::collections::{BTreeSet, HashSet};
 
 /// Pieces kept at most.
 const PIECES_MAX: usize = 7_000;
+/// Places for new pieces once there were too many.
+const ROOM: usize = PIECES_MAX / 4;
 /// The first grid, as a share of the greatest extent: less than half a dot of a drawing.
 const FIRST_GRID: f64 = 1.0 / 2048.0;
+/// By how much the grid grows: more at once would leave out what there is room for.
+const GROWTH: f64 = 1.2;
 /// Lines that keep pieces of their own, unless these are too short to be seen.
 const LINES_MAX: usize = 1_000;
 /// Places that a piece may pass: each is looked at when it grows.
@@ -203,11 +207,11 @@ impl Strokes {
         }
     }
 
-    /// Widens the grid until half of the pieces at most are left.
+    /// Widens the grid until there is room again.
     fn thin(&mut self) {
         let widest = self.extents_mm.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
-        while self.pieces.len() > PIECES_MAX / 2 {
-            self.grid_mm = (2.0 * self.grid_mm).max(FIRST_GRID * widest);
+        while self.pieces.len() > PIECES_MAX - ROOM {
+            self.grid_mm = (GROWTH * self.grid_mm).max(FIRST_GRID * widest);
             self.seen.clear();
             self.passed_mm.clear();
             let lines = self.pieces.chunk_by(|a, b| a.lines == b.lines);

@@ -11,10 +11,12 @@ use cnc::gcode::rules::{self, Rule};
 use cnc::gcode::words::{self, WordMeaning};
 use cnc::gcode::{find_lathe, notes};
 use cnc::interp::{self, Dialect, Options};
+use cnc::verify::CHECKS;
 use serde_json::{Value, json};
 
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
+use crate::many::judged::{WRONG_FILE, WRONG_FILE_MEANING, check_rule};
 
 /// Explain a rule (no-feed), a code (G43) or a word (F); without any, list all
 #[derive(Debug, clap::Args)]
@@ -23,6 +25,14 @@ pub struct Args {
     #[arg(value_name = "RULE|CODE|WORD")]
     name: Option<String>,
 }
+
+/// Rules of machine profiles.
+const PROFILE_RULES: [(&str, &str); 4] = [
+    ("profile-syntax", "The file is no TOML."),
+    ("profile-unknown-key", "A key means nothing in a profile: mostly a slip of the pen."),
+    ("profile-missing-key", "A key has no default and has to be there."),
+    ("profile-value", "A value is of another kind than its key asks for, or not in its range."),
+];
 
 /// Lines of an example that are shown; of the few that are longer, the beginning.
 const LINES_MAX: usize = 16;
@@ -49,6 +59,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         }
     } else if let Some(row) = words::find(&wanted) {
         explain_word(&mut out, row, global)?;
+    } else if let Some(rule) = others().find(|rule| rule.name == wanted) {
+        explain_other(&mut out, &rule, global)?;
     } else {
         return Err(unknown(name, &wanted).into());
     }
@@ -67,11 +79,41 @@ fn as_code(text: &str) -> Option<(u8, f64)> {
 
 fn unknown(name: &str, wanted: &str) -> anyhow::Error {
     let names = rules::all().map(|rule| rule.name.to_owned());
-    let names: Vec<String> = names.chain(codes::CODES.iter().map(Code::name)).collect();
+    let names = names.chain(codes::CODES.iter().map(Code::name));
+    let names: Vec<String> = names.chain(others().map(|rule| rule.name)).collect();
     match nearest(wanted, names.iter().map(String::as_str)) {
         Some(near) => anyhow!("no rule and no code is '{name}'; did you mean '{near}'?"),
         None => anyhow!("no rule and no code is '{name}': cnc explain lists them"),
     }
+}
+
+/// A rule that is not about what a program says.
+struct OtherRule {
+    name: String,
+    meaning: &'static str,
+    /// Where more is said.
+    page: &'static str,
+}
+
+/// Rules of executed steps, of profiles and of files.
+fn others() -> impl Iterator<Item = OtherRule> {
+    let checks = CHECKS.iter().map(|(check, meaning)| (check_rule(check), *meaning));
+    let files = [(WRONG_FILE.to_owned(), WRONG_FILE_MEANING)];
+    let profiles = PROFILE_RULES.iter().map(|(name, meaning)| ((*name).to_owned(), *meaning));
+    let of = |page| move |(name, meaning)| OtherRule { name, meaning, page };
+    let steps = checks.chain(files).map(of("docs/verify.md"));
+    steps.chain(profiles.map(of("docs/machines.md")))
+}
+
+fn explain_other(out: &mut impl Write, rule: &OtherRule, global: &Global) -> io::Result<()> {
+    let OtherRule { name, meaning, page } = rule;
+    if global.json {
+        let value = json!({
+            "schema": 1, "rule": name, "severity": "error", "meaning": meaning, "page": page,
+        });
+        return writeln!(out, "{value}");
+    }
+    writeln!(out, "error[{name}]: {meaning}\nmore in {page}")
 }
 
 fn severity(rule: &Rule) -> &'static str {

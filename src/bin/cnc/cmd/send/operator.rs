@@ -145,12 +145,13 @@ impl Terminal {
         !self.can_ask || self.confirmed(&format!("{question} [Enter: yes, n: no]"))
     }
 
-    /// Whether what the terminal is told is answered by Enter.
+    /// Whether what the terminal is told is answered by Enter, or a yes. All else is a no: words that are
+    /// typed where a machine is about to move mean that it should not.
     fn confirmed(&self, text: &str) -> bool {
         self.bar.suspend(|| {
             say!("{text}");
             let answer = self.line();
-            answer.is_some_and(|line| !line.trim_start().starts_with(['n', 'N', 'q', 'Q']))
+            answer.is_some_and(|line| is_yes(&line))
         })
     }
 
@@ -375,4 +376,20 @@ fn has_input(wait: Timespec) -> bool {
     let input = stdin();
     let mut polled = [PollFd::new(&input, PollFlags::IN)];
     rustix::event::poll(&mut polled, Some(&wait)).is_ok_and(|ready| ready > 0)
+}
+
+/// Enter, `y` or `yes`.
+fn is_yes(answer: &str) -> bool {
+    matches!(answer.trim().to_ascii_lowercase().as_str(), "" | "y" | "yes")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_yes;
+
+    #[test]
+    fn all_but_a_yes_is_a_no() {
+        assert!(["", "\n", "y", " Yes\r\n"].into_iter().all(is_yes));
+        assert!(!["n", "q", "stop", "x", "\u{1b}", "cargo test"].into_iter().any(is_yes));
+    }
 }
