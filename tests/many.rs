@@ -274,3 +274,46 @@ fn output_goes_whole_into_a_file() {
         assert_eq!(before, read(), "{line}");
     }
 }
+
+#[test]
+fn nothing_that_is_read_is_written_over() {
+    let folder = folder(&[
+        ("a.nc", GOOD),
+        ("main.nc", "G21 G90 F300\nM98 P1001\nM30\n"),
+        ("1001.nc", "O1001\nG1 X10\nM99\n"),
+        ("t.tbl", "T1 P1 Z0 D6\n"),
+        ("cnc.toml", "dialect = \"fanuc\"\n"),
+    ]);
+    let profile = run(&folder, "machine show starmill --toml").out;
+    fs::write(folder.path().join("m.toml"), profile).unwrap();
+    assert_eq!(run(&folder, "report a.nc --json -o a.html").code, Some(0));
+    let result = run(&folder, "report a.nc --json").out;
+    fs::write(folder.path().join("a.json"), result).unwrap();
+    for (line, name) in [
+        ("interpolate a.nc --csv -m m.toml -o m.toml", "m.toml"),
+        ("report a.nc -m m.toml -o m.toml", "m.toml"),
+        ("interpolate a.nc --csv --tools t.tbl -o t.tbl", "t.tbl"),
+        ("interpret main.nc --format sarif -o 1001.nc", "1001.nc"),
+        ("report main.nc -o 1001.nc", "1001.nc"),
+        ("interpret a.nc --format sarif -o cnc.toml", "cnc.toml"),
+        ("report --merge a.json -o a.json", "a.json"),
+    ] {
+        let read = || fs::read(folder.path().join(name)).unwrap();
+        let (before, ran) = (read(), run(&folder, line));
+        assert_eq!(ran.code, Some(2), "{line}: {}", ran.said);
+        assert!(ran.said.contains("this command reads it"), "{line}: {}", ran.said);
+        assert_eq!(before, read(), "{line}");
+    }
+}
+
+#[test]
+fn a_dump_that_cannot_be_read_is_not_passed_over() {
+    let folder = folder(&[("a.nc", GOOD), ("B.NC", GOOD)]);
+    assert_eq!(run(&folder, "interpolate a.nc --csv -o B.CSV").code, Some(0));
+    let ran = run(&folder, "verify B.NC --json");
+    assert!(!ran.said.contains("planned here"), "{}", ran.said);
+    std::os::unix::fs::symlink("nowhere", folder.path().join("a.csv")).unwrap();
+    let ran = run(&folder, "verify .");
+    assert_eq!(ran.code, Some(2), "{}", ran.said);
+    assert!(ran.said.contains("a.csv lies beside it and is no file"), "{}", ran.said);
+}

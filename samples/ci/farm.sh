@@ -27,12 +27,16 @@ results=$3
 shift 3
 CNC=${CNC:-cnc}
 
+if ! grep -q '[^[:space:]]' "$hosts"; then
+    echo "$0: $hosts names no computer: : is this one" >&2
+    exit 2
+fi
 if [ -e "$results" ]; then
     echo "$0: $results is there already: results of two runs are not mixed" >&2
     exit 2
 fi
 mkdir -p "$results/programs"
-find "$folder" -mindepth 1 -name '.*' -prune -o -type f \( -iname '*.nc' -o -iname '*.ngc' -o -iname '*.gcode' \
+find "$folder" -mindepth 1 -name '.*' -prune -o -xtype f \( -iname '*.nc' -o -iname '*.ngc' -o -iname '*.gcode' \
     -o -iname '*.gc' -o -iname '*.cnc' -o -iname '*.tap' -o -iname '*.eia' \) -print |
     LC_ALL=C sort >"$results/programs.txt"
 if [ ! -s "$results/programs.txt" ]; then

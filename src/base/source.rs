@@ -29,6 +29,12 @@ pub trait Watch: std::fmt::Debug + Send + Sync {
     fn go_on(&self) -> io::Result<()>;
 }
 
+/// A file's name as it is shown: what would steer a terminal, or begin a line of its own, is replaced.
+pub fn shown(path: &Path) -> String {
+    let name = path.display().to_string();
+    name.replace(char::is_control, "\u{FFFD}")
+}
+
 /// Bytes that have to be UTF-8, as text.
 ///
 /// # Errors
@@ -61,7 +67,7 @@ impl Source {
         if kind.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder"));
         }
-        let name = path.display().to_string();
+        let name = shown(path);
         // A pipe or a device is read once only: keep what comes.
         if kind.is_file() {
             Ok(Source { name, bytes: Bytes::File(Arc::new(file)), watch: None })

@@ -6,6 +6,9 @@ use std::str::FromStr;
 use super::{MAGIC, TapeError, VERSION};
 use crate::base::{Axis, AxisMap};
 
+/// Steps from zero that a dump may begin at: beyond, a position is no longer exact to a step.
+const STEPS_MAX: u64 = 1 << 53;
+
 /// What a dump says of itself before its rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
@@ -84,9 +87,10 @@ impl Header {
             tick_us: keys.take("tick_us", |text| text.parse().ok().filter(|us| *us > 0))?,
             steps_per_mm: keys.take("steps_per_mm", steps_per_mm)?,
             start_steps: keys.take("start_steps", |text| {
-                let mut steps = AxisMap::default();
-                axis_values(text)?.into_iter().for_each(|(axis, value)| steps[axis] = value);
-                Some(steps)
+                let mut steps = AxisMap::<i64>::default();
+                let values = axis_values(text)?;
+                values.iter().for_each(|(axis, value)| steps[*axis] = *value);
+                values.iter().all(|(_, value)| value.unsigned_abs() <= STEPS_MAX).then_some(steps)
             })?,
             encoding: keys.take("encoding", |text| {
                 [Encoding::Counts, Encoding::Bytes].into_iter().find(|known| known.name() == text)

@@ -12,7 +12,7 @@ use cnc::base::source::as_text;
 use cnc::interp::Dialect;
 
 use crate::args::Global;
-use crate::report;
+use crate::{input, report};
 
 const FILE: &str = "cnc.toml";
 
@@ -36,6 +36,10 @@ fn users_own() -> Option<PathBuf> {
 
 fn read(file: &Path, global: &Global) -> anyhow::Result<Option<Config>> {
     let name = file.display().to_string();
+    if file.metadata().is_ok_and(|data| !data.is_file()) {
+        return Err(anyhow!("{name}: is no file that can be read again and again"));
+    }
+    input::has_read(file);
     let text = match std::fs::read(file) {
         Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
             return Ok(None);

@@ -8,9 +8,9 @@ use std::sync::Mutex;
 use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
 use cnc::base::machine::{POSITION_MOST, ProfileError};
-use cnc::base::source::as_text;
+use cnc::base::source::{as_text, shown};
 use cnc::base::{Machine, Point, Source};
-use cnc::interp::Tools;
+use cnc::interp::{Checked, Tools};
 use cnc::tape::{self, Origin};
 use sha2::{Digest, Sha256};
 
@@ -68,10 +68,20 @@ fn unwatched(file: &Path) -> anyhow::Result<Source> {
     if file == Path::new("-") {
         return Source::spool("<stdin>", std::io::stdin().lock()).context("standard input");
     }
+    has_read(file);
+    Source::open(file).with_context(|| shown(file))
+}
+
+/// A file is read by this command: it is not written over.
+pub fn has_read(file: &Path) {
     if let (Ok(data), Ok(mut read)) = (file.metadata(), READ.lock()) {
         read.push((data.dev(), data.ino()));
     }
-    Source::open(file).with_context(|| file.display().to_string())
+}
+
+/// So are the files that a program has called.
+pub fn has_called(checked: &Checked) {
+    checked.inputs.iter().for_each(|(name, _)| has_read(Path::new(name)));
 }
 
 /// Opens what has to be a program; a command dump is told from it by its content.
@@ -98,7 +108,8 @@ pub fn is_dump(source: &Source) -> anyhow::Result<bool> {
 /// Reads the tool table that `--tools` names, if it does, and what it was for a dump's header.
 pub fn tools(file: Option<&Path>) -> anyhow::Result<(Tools, Option<Origin>)> {
     let Some(file) = file else { return Ok((Tools::default(), None)) };
-    let name = file.display().to_string();
+    has_read(file);
+    let name = shown(file);
     let text = std::fs::read(file).and_then(as_text).with_context(|| name.clone())?;
     let tools = Tools::parse(&text).with_context(|| format!("tool table {name}"))?;
     Ok((tools, Some(Origin { name, sha256: Sha256::digest(&text).into() })))
@@ -111,6 +122,7 @@ pub fn machine(global: &Global) -> anyhow::Result<Machine> {
 
 /// Loads a profile by name or from a file, and says its warnings.
 pub fn profile(name_or_file: &str, global: &Global) -> anyhow::Result<Machine> {
+    has_read(Path::new(name_or_file));
     let machine = Machine::load(name_or_file).map_err(|error| unusable(error, global))?;
     warn(&machine, global);
     Ok(machine)

@@ -181,6 +181,7 @@ impl Program {
         let pass = Pass::of_text("checking");
         let (checked, sha256) =
             interp::check_and_hash(&source, &machine, &options, global.max_errors)?;
+        input::has_called(&checked);
         drop(pass);
         let feed = match motion.feed {
             FeedMode::LookAhead => Feed::LookAhead,

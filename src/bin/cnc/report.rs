@@ -84,7 +84,8 @@ fn use_color(global: &Global) -> bool {
         ColorChoice::Never => false,
         ColorChoice::Auto => {
             let is_unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-            io::stderr().is_terminal() && !is_unwanted
+            let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+            io::stderr().is_terminal() && !is_unwanted && !is_dumb
         }
     }
 }

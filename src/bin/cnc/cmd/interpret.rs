@@ -83,7 +83,9 @@ fn many(
         let mut judged = Judged::new(entry.path.clone());
         let checked = entry.readable().and_then(|file| {
             let (source, options) = (input::program(file)?, args.options(file, machine, tools));
-            Ok(interp::check(&source, machine, &options, global.max_errors)?)
+            let checked = interp::check(&source, machine, &options, global.max_errors)?;
+            input::has_called(&checked);
+            Ok(checked)
         });
         match checked {
             Ok(checked) => judged.checked = Some(checked),

@@ -248,7 +248,9 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
         }
         .to_string(),
     };
-    Ok(Drawn { svg, exit: if strokes.outside().is_some() { Exit::BadInput } else { Exit::Ok } })
+    let Some(wrong) = outside(&strokes) else { return Ok(Drawn { svg, exit: Exit::Ok }) };
+    say!("error: {file_name}: {}", wrong.text);
+    Ok(Drawn { svg, exit: Exit::BadInput })
 }
 
 /// The first place outside of the travel.

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use cnc::base::machine::BUILT_IN;
+use cnc::base::source::shown;
 use cnc::base::{Machine, Source};
 use cnc::interp::Dialect;
 use cnc::tape::{Header, Origin, Reader, TapeError};
@@ -147,8 +148,14 @@ fn judge(
 /// The dump beside a program, which has its name and ends in `.csv`.
 fn beside(judged: &mut Judged) -> anyhow::Result<Option<Source>> {
     let path = dump_of(&judged.path);
-    if path == judged.path || !path.is_file() {
+    if path == judged.path || path.symlink_metadata().is_err() {
         return Ok(None);
+    }
+    if !path.is_file() {
+        let name = shown(&path);
+        return Err(anyhow!(
+            "{name} lies beside it and is no file: take it away, or name the dump"
+        ));
     }
     let source = input::source(&path)?;
     if input::is_dump(&source)? {
@@ -162,7 +169,9 @@ fn beside(judged: &mut Judged) -> anyhow::Result<Option<Source>> {
 
 /// Where a program's dump lies that nobody names.
 fn dump_of(program: &Path) -> PathBuf {
-    program.with_extension("csv")
+    let [usual, capital] = ["csv", "CSV"].map(|ending| program.with_extension(ending));
+    let is_there = |path: &Path| path.symlink_metadata().is_ok();
+    if is_there(&capital) && !is_there(&usual) { capital } else { usual }
 }
 
 fn planned(

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use cnc::base::source::shown;
 use cnc::base::{CallSite, Diagnostic, Severity};
 use cnc::interp::Checked;
 use cnc::verify::{Check, Report, Verdict};
@@ -166,7 +167,7 @@ impl<'a> Finding<'a> {
 
 /// A program's name, as it is shown.
 pub fn name(path: &Path) -> String {
-    if path == Path::new("-") { "<stdin>".to_owned() } else { path.display().to_string() }
+    if path == Path::new("-") { "<stdin>".to_owned() } else { shown(path) }
 }
 
 /// `verify-end-point`: the name of a check as that of a rule.

@@ -18,6 +18,7 @@ use super::document::{Document, Verdict};
 use super::{Args, put};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
+use crate::input;
 
 /// Endings of the files of a folder that are taken for results.
 const ENDINGS: [&str; 2] = ["json", "jsonl"];
@@ -129,6 +130,12 @@ fn gather(place: &Path, files: &mut BTreeSet<PathBuf>) -> io::Result<()> {
         if entry.file_type()?.is_dir() {
             gather(&path, files)?;
         } else if ending.is_some_and(|ending| ENDINGS.contains(&ending)) {
+            if path.metadata().is_ok_and(|data| !data.is_file()) {
+                return Err(io::Error::other(format!(
+                    "{} is no file: take it out",
+                    path.display()
+                )));
+            }
             files.insert(path);
         }
     }
@@ -138,6 +145,7 @@ fn gather(place: &Path, files: &mut BTreeSet<PathBuf>) -> io::Result<()> {
 /// The documents of a file, one or more, or what is wrong with it.
 fn documents(file: &Path) -> Result<Vec<Document>, String> {
     let mut bytes = Vec::new();
+    input::has_read(file);
     let read = match file == Path::new("-") {
         true => io::stdin().lock().read_to_end(&mut bytes),
         false => File::open(file).and_then(|mut file| file.read_to_end(&mut bytes)),
@@ -175,6 +183,7 @@ impl Merged {
     /// Tells the programs of a list that have no result, and results of programs that are not in it.
     fn expect(&mut self, list: &Path) -> anyhow::Result<()> {
         let name = || list.display().to_string();
+        input::has_read(list);
         let text = std::fs::read_to_string(list).with_context(name)?;
         let expected: BTreeSet<&str> =
             text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();

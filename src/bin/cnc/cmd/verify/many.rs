@@ -60,8 +60,9 @@ fn found(files: &[PathBuf], global: &Global) -> Vec<Task> {
     let dumps = paths.map(|path| (path, dump_of(path))).filter(|(path, dump)| *path != dump);
     let dumps: HashSet<PathBuf> = dumps.map(|(_, dump)| dump).collect();
     found.others.retain(|path| !dumps.contains(path));
-    let is_lonely =
-        |path: &PathBuf| path.extension().is_some_and(|end| end == "csv") && is_dump(path);
+    let is_lonely = |path: &PathBuf| {
+        path.extension().is_some_and(|end| end.eq_ignore_ascii_case("csv")) && is_dump(path)
+    };
     let lonely = found.others.extract_if(.., |path| is_lonely(path));
     for dump in lonely.filter(|_| !global.quiet) {
         say!("warning: {} is not judged: no program of its name lies beside it", dump.display());
