@@ -286,7 +286,6 @@ fn nothing_that_is_read_is_written_over() {
     ]);
     let profile = run(&folder, "machine show starmill --toml").out;
     fs::write(folder.path().join("m.toml"), profile).unwrap();
-    assert_eq!(run(&folder, "report a.nc --json -o a.html").code, Some(0));
     let result = run(&folder, "report a.nc --json").out;
     fs::write(folder.path().join("a.json"), result).unwrap();
     for (line, name) in [

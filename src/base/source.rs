@@ -31,8 +31,12 @@ pub trait Watch: std::fmt::Debug + Send + Sync {
 
 /// A file's name as it is shown: what would steer a terminal, or begin a line of its own, is replaced.
 pub fn shown(path: &Path) -> String {
-    let name = path.display().to_string();
-    name.replace(char::is_control, "\u{FFFD}")
+    path.display().to_string().chars().map(visible).collect()
+}
+
+/// A control character as a sign that does nothing; any other as it is.
+pub fn visible(character: char) -> char {
+    if character.is_control() { '\u{FFFD}' } else { character }
 }
 
 /// Bytes that have to be UTF-8, as text.

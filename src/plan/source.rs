@@ -108,16 +108,12 @@ impl<'a> Cutter<'a> {
             self.waiting = Some(Waiting { segment, index, ends, junction, bend });
             return;
         };
-        let (junction, bend) = match self.feed {
-            Feed::LookAhead => Junction::between(&before.ends[1], &ends[0], &self.limits),
-            Feed::ExactStop | Feed::Constant => {
-                (Junction::between(&before.ends[1], &ends[0], &self.limits).0.stopped(), None)
-            }
-        };
-        let waiting = Waiting { segment, index, ends, junction, bend };
-        let bend_after = waiting.bend;
-        self.waiting = Some(waiting);
-        self.begin(&before, bend_after, ahead);
+        let (mut junction, mut bend) = Junction::between(&before.ends[1], &ends[0], &self.limits);
+        if self.feed != Feed::LookAhead {
+            (junction, bend) = (junction.stopped(), None);
+        }
+        self.waiting = Some(Waiting { segment, index, ends, junction, bend });
+        self.begin(&before, bend, ahead);
     }
 
     /// Cuts a segment behind which the path bends so, and gives it if it is one piece.

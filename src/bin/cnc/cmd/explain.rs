@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, Write};
 
 use anyhow::anyhow;
 use cnc::base::likeness::nearest;
+use cnc::base::source::visible;
 use cnc::base::{Machine, Severity, Source};
 use cnc::gcode::codes::{self, Code, Group};
 use cnc::gcode::foreign::{self, Foreign};
@@ -215,11 +216,6 @@ fn write_program(out: &mut impl Write, program: &str) -> io::Result<()> {
         writeln!(out, "    … and {} lines more", lines.len() - LINES_MAX)?;
     }
     Ok(())
-}
-
-/// A control character is shown by a sign for it.
-fn visible(character: char) -> char {
-    if character.is_control() { '\u{fffd}' } else { character }
 }
 
 fn rule_json(rule: &Rule, shown: Option<&Shown>) -> Value {

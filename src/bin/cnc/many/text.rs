@@ -73,8 +73,7 @@ impl Form for Lines<'_> {
         }
         let verdict = if judged.code() == 0 { "ok" } else { "FAIL" };
         let (width, detail) = (self.width, self.detail(judged));
-        let shown: String = name.chars().map(visible).collect();
-        writeln!(out, "{}", format!("{verdict:<4}  {shown:<width$}  {detail}").trim_end())?;
+        writeln!(out, "{}", format!("{verdict:<4}  {name:<width$}  {detail}").trim_end())?;
         failures.into_iter().try_for_each(|failure| writeln!(out, "        {failure}"))
     }
 
@@ -84,9 +83,4 @@ impl Form for Lines<'_> {
         }
         writeln!(out, "{sum}")
     }
-}
-
-/// A control character in a name would break its line.
-fn visible(character: char) -> char {
-    if character.is_control() { '\u{fffd}' } else { character }
 }
