@@ -15,8 +15,8 @@ pub struct Page {
     pub more_findings: u64,
     /// The style sheet of all drawings, as an element: they have none of their own here.
     pub drawings_style: String,
-    /// The path as SVG.
-    pub path: Option<String>,
+    /// The path as SVG: what lines and colours mean, then a view each.
+    pub path: Vec<String>,
     /// Curves over time as SVG.
     pub curves: Vec<String>,
     pub tables: Vec<Table>,
@@ -64,9 +64,9 @@ pub struct Cell {
 }
 
 impl Page {
-    /// A drawing for this page.
-    pub fn drawing(&self, svg: &str) -> String {
-        svg.replacen(&self.drawings_style, "", 1)
+    /// Drawings for this page.
+    pub fn drawings(&self, svgs: &[String]) -> Vec<String> {
+        svgs.iter().map(|svg| svg.replacen(&self.drawings_style, "", 1)).collect()
     }
 }
 
