@@ -38,7 +38,7 @@ const SHAPES: &str = "\
 .plot .panel { font-weight: 600 }
 .plot .middle { text-anchor: middle } .plot .end { text-anchor: end }
 .plot .grid, .plot .frame, .plot .curve, .plot .limit, .plot .travel, .plot .way, .plot .wrong, .plot .level, .plot .span { fill: none }
-.plot .curve, .plot .level { stroke-width: 2; stroke-linejoin: round }
+.plot .curve, .plot .level { stroke-width: 1.5; stroke-linejoin: round }
 .plot .limit { stroke-dasharray: 6 4 }
 .plot .beside { text-anchor: end; paint-order: stroke; stroke-width: 4 }
 .plot .travel { stroke-dasharray: 2 4 }

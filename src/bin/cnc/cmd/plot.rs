@@ -51,7 +51,7 @@ pub struct Args {
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum ViewArg {
-    /// From above, from the front, from the side, and askew
+    /// From above, from the front, from the side, and askew; of a lathe ZX alone, Z to the right
     #[default]
     All,
     /// From above
@@ -159,7 +159,7 @@ fn of_program(
     let svg = match args.curve {
         Some(curve) => curves::of_program(curve, &program)?,
         None => {
-            let views = views(args.view, &program.machine);
+            let views = views(args.view, program.is_turning());
             draw(&program, travel_mm, views, |sheet| sheet.to_string())?
         }
     };
@@ -241,7 +241,7 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
         Some(curve) => curves::of_dump(curve, &traces, &header.program.name)?,
         None => Sheet {
             title: format!("{file_name} (of {}) on {}", header.program.name, machine.name),
-            views: views(args.view, &machine),
+            views: views(args.view, machine.axis(Axis::Y).is_none()),
             strokes: &strokes,
             knows_rapids: false,
             travel_mm: travel_mm(&machine),
@@ -262,9 +262,8 @@ fn outside(strokes: &Strokes) -> Option<Mark> {
     strokes.outside().map(|(at_mm, line)| Mark { at_mm, text: text(line) })
 }
 
-/// The views asked for. A machine without Y is a lathe: it shows one, as a turned part is drawn.
-fn views(view: ViewArg, machine: &Machine) -> &'static [View] {
-    let is_lathe = machine.axis(Axis::Y).is_none();
+/// The views asked for; a lathe shows one, as a turned part is drawn.
+fn views(view: ViewArg, is_lathe: bool) -> &'static [View] {
     match view {
         ViewArg::All | ViewArg::Zx if is_lathe => &[View::Turning],
         ViewArg::All => &View::MILLING,
@@ -275,9 +274,9 @@ fn views(view: ViewArg, machine: &Machine) -> &'static [View] {
     }
 }
 
-/// All views of what a machine does.
-pub fn all_views(machine: &Machine) -> &'static [View] {
-    views(ViewArg::All, machine)
+/// All views of what a program does.
+pub fn all_views(program: &Program) -> &'static [View] {
+    views(ViewArg::All, program.is_turning())
 }
 
 fn xyz(point: &Point) -> Place {

@@ -93,7 +93,7 @@ fn of_program(file: &Path, args: &Args, global: &Global) -> Outcome {
     if is_drawn {
         let mut page = head(&program, &document);
         let travel_mm = plot::travel_mm(&machine);
-        let views = plot::all_views(&machine);
+        let views = plot::all_views(&program);
         let path = |program| plot::draw(program, travel_mm, views, |sheet| sheet.parts());
         if let Some(ran) = &ran {
             page.path = page.drawings(&path(&program)?);
