@@ -47,7 +47,7 @@ fn a_good_program_has_all_of_it() {
             "[axes.X]",
         ],
     );
-    assert_eq!(page.matches("<svg xmlns").count(), 5);
+    assert_eq!(page.matches("<svg xmlns").count(), 9);
 }
 
 #[test]

@@ -411,11 +411,22 @@ mod tests {
     fn points_without_a_place_interrupt_the_curve() {
         let text = chart(vec![[1.0, 0.0], [0.0, 1.0], [10.0, f64::NAN], [10.0, 0.2], [100.0, 1.0]]);
         let text = text.to_string();
-        assert_eq!(curve_of(&text), "M76.0 440.0M426.0 366.4L776.0 72.0");
+        assert_eq!(curve_of(&text), "M76.0 440.0M426.0 362.4L776.0 52.0");
         for empty in [Vec::new(), vec![[5.0, 5.0]], vec![[f64::NAN, 0.0]]] {
             let text = chart(empty).to_string();
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
         }
+    }
+
+    #[test]
+    fn several_curves_have_a_legend_and_a_colour_each() {
+        let mut chart = chart(vec![[1.0, 1.0], [2.0, 2.0]]);
+        chart.curves.push(Curve { name: "2 nodes".to_owned(), colour: 4, points: Vec::new() });
+        let text = chart.to_string();
+        assert!(text.contains(">1 node</text>") && text.contains(">2 nodes</text>"));
+        assert!(text.contains("class=\"curve c4\"") && !text.contains("class=\"curve c1\""));
+        chart.size = Size::Column;
+        assert!(chart.to_string().contains("viewBox=\"0 0 450 340\""));
     }
 
     #[test]

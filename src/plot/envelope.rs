@@ -73,6 +73,13 @@ mod tests {
     }
 
     #[test]
+    fn whole_multiples_of_a_span_fall_into_one_each() {
+        let mut envelope = Envelope::new(0.011);
+        (0..2000).for_each(|k| envelope.add(f64::from(k) * 0.011, 1.0));
+        assert!(envelope.points().iter().all(|point| point[1] == 1.0));
+    }
+
+    #[test]
     fn a_pause_is_a_break() {
         let mut envelope = Envelope::new(1.0);
         envelope.add(0.5, 1.0);
