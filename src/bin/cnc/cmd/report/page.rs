@@ -54,13 +54,16 @@ pub struct Finding {
 pub struct Table {
     pub title: &'static str,
     pub names: Vec<Cell>,
+    /// Whether rows with a good cell can be left out.
+    pub has_filter: bool,
     pub rows: Vec<Vec<Cell>>,
 }
 
-/// A cell of a table; numbers stand at its right.
+/// A cell of a table.
 pub struct Cell {
     pub text: String,
-    pub is_number: bool,
+    /// `number`, which stands at its right, `good`, `bad`, or none.
+    pub class: &'static str,
 }
 
 impl Page {
@@ -96,14 +99,14 @@ impl Table {
             Some(name) => number(name),
             None => text(*name),
         });
-        Table { title, names: names.collect(), rows: Vec::new() }
+        Table { title, names: names.collect(), has_filter: false, rows: Vec::new() }
     }
 }
 
 pub fn text(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), is_number: false }
+    Cell { text: text.into(), class: "" }
 }
 
 pub fn number(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), is_number: true }
+    Cell { text: text.into(), class: "number" }
 }
