@@ -59,30 +59,33 @@ fn short(text: &str) -> String {
 /// Reads the documents of a file, one or more, and hands each on, or what is wrong with it and in which line.
 /// Behind one that is no JSON nothing is read.
 pub fn documents(file: &Path, mut take: impl FnMut(Result<Entry, String>)) {
-    let reader: Box<dyn Read> = match file == Path::new("-") {
-        true => Box::new(io::stdin().lock()),
-        false => match File::open(file) {
-            Ok(reader) => Box::new(BufReader::with_capacity(1 << 16, reader)),
-            Err(error) => return take(Err(error.to_string())),
-        },
-    };
     input::has_read(file);
+    if file == Path::new("-") {
+        return documents_of(io::stdin().lock(), file, take);
+    }
+    match File::open(file) {
+        Ok(reader) => documents_of(BufReader::with_capacity(1 << 16, reader), file, take),
+        Err(error) => take(Err(error.to_string())),
+    }
+}
+
+fn documents_of(reader: impl Read, file: &Path, mut take: impl FnMut(Result<Entry, String>)) {
     let lines = Rc::new(Cell::new(1));
     let counted = Counted { reader, lines: Rc::clone(&lines) };
     let mut is_empty = true;
     for document in serde_json::Deserializer::from_reader(counted).into_iter::<Document>() {
         is_empty = false;
-        let fault = match &document {
-            Ok(document) => document.fault().map(|fault| format!("line {}: {fault}", lines.get())),
-            Err(error) => Some(error.to_string()),
+        let fault = match document {
+            Ok(document) => match document.fault() {
+                None => {
+                    take(Ok(Entry::of(document)));
+                    continue;
+                }
+                Some(fault) => format!("line {}: {fault}", lines.get()),
+            },
+            Err(error) => short(&error.to_string()),
         };
-        take(match (document, fault) {
-            (Ok(document), None) => Ok(Entry::of(document)),
-            (_, fault) => {
-                let fault = short(&fault.unwrap_or_default());
-                Err(format!("no result of `cnc report --json`: {fault}"))
-            }
-        });
+        take(Err(format!("no result of `cnc report --json`: {fault}")));
     }
     if is_empty {
         take(Err(format!("it is empty{}", said(file))));
