@@ -91,10 +91,9 @@ impl Sheet<'_> {
     pub fn parts(&self) -> Vec<String> {
         let panels = self.panels(&[[0.0; 2]; 4], CELL);
         let legend = self.legend(&panels);
-        let wide = CELL[0] - 2.0 * MARGINS[1];
-        let of_legend = [CELL[0], legend::height(&legend, wide)];
+        let of_legend = [CELL[0], legend::height(&legend, CELL[0])];
         let legend = Part(of_legend, "what lines and colours mean", |out: &mut Formatter<'_>| {
-            legend::write(out, &legend, [MARGINS[1], 0.0], wide)
+            legend::write(out, &legend, [0.0; 2], CELL[0])
         });
         let view = |panel: &Panel| {
             let content = |out: &mut Formatter<'_>| self.panel(out, panel);
