@@ -132,8 +132,9 @@ impl Scale {
         value.is_finite() && (!self.logarithmic || value > 0.0)
     }
 
-    /// Lays the axis out between two edges of the field.
-    fn laid(&self, values: impl Iterator<Item = f64>, edges: [f64; 2], apart: f64) -> Laid {
+    /// Lays the axis out between two edges of the field. It begins at a mark, and ends at one unless it runs
+    /// from left to right by equal differences: then it ends where the values do.
+    fn laid(&self, values: impl Iterator<Item = f64>, edges: [f64; 2], along: Along) -> Laid {
         let [low, high] = self.range.unwrap_or_else(|| {
             let all = values.filter(|value| self.has(*value));
             all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
@@ -147,18 +148,26 @@ impl Scale {
             (_, true) => [low - low.abs().max(1.0) / 2.0, high + high.abs().max(1.0) / 2.0],
             _ => [if self.logarithmic { 0.1 } else { 0.0 }, 1.0],
         };
+        let apart = MARKS_APART[usize::from(along == Along::Y)];
         let most = (((edges[1] - edges[0]).abs() / apart) as usize).min(MARKS_MOST);
-        let marks = match self.logarithmic {
+        let mut marks = match self.logarithmic {
             true => ticks::logarithmic(range, most),
             false => ticks::linear(range, most),
         };
-        Laid { logarithmic: self.logarithmic, marks, edges }
+        let mut ends = [marks[0], marks[marks.len() - 1]];
+        if along == Along::X && !self.logarithmic {
+            ends[1] = range[1];
+            marks.retain(|mark| *mark <= range[1]);
+        }
+        Laid { logarithmic: self.logarithmic, ends, marks, edges }
     }
 }
 
 /// An axis with its marks, between two edges of the field.
 struct Laid {
     logarithmic: bool,
+    /// The values at its edges.
+    ends: [f64; 2],
     marks: Vec<f64>,
     edges: [f64; 2],
 }
@@ -167,7 +176,7 @@ impl Laid {
     /// Where a value lies in the drawing.
     fn place(&self, value: f64) -> f64 {
         let scaled = |value: f64| if self.logarithmic { value.log10() } else { value };
-        let (first, last) = (self.marks[0], self.marks[self.marks.len() - 1]);
+        let [first, last] = self.ends;
         let share = (scaled(value) - scaled(first)) / (scaled(last) - scaled(first));
         self.edges[0] + share * (self.edges[1] - self.edges[0])
     }
@@ -183,9 +192,9 @@ impl Display for Chart {
         };
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
         let x = points().map(|point| point[0]).chain(limits(Along::X));
-        let x = self.x.laid(x, [left, right], MARKS_APART[0]);
+        let x = self.x.laid(x, [left, right], Along::X);
         let y = points().map(|point| point[1]).chain(limits(Along::Y));
-        let y = self.y.laid(y, [bottom, top], MARKS_APART[1]);
+        let y = self.y.laid(y, [bottom, top], Along::Y);
         let title = self.title();
         style::open(out, self.size.dots(), &title)?;
         style::title(out, &title, [left, 26.0], (width / TITLE_LETTER) as usize)?;
@@ -300,7 +309,7 @@ impl Chart {
                 Along::X => (&self.x, x),
                 Along::Y => (&self.y, y),
             };
-            let (first, last) = (laid.marks[0], laid.marks[laid.marks.len() - 1]);
+            let [first, last] = laid.ends;
             if !scale.has(limit.at) || !(first..=last).contains(&limit.at) {
                 continue;
             }
@@ -426,7 +435,11 @@ mod tests {
         assert!(text.contains(">1 node</text>") && text.contains(">2 nodes</text>"));
         assert!(text.contains("class=\"curve c4\"") && !text.contains("class=\"curve c1\""));
         chart.size = Size::Column;
-        assert!(chart.to_string().contains("viewBox=\"0 0 450 340\""));
+        chart.x = Scale::linear("time, s");
+        chart.curves[1].points = vec![[0.0, 1.0], [33.0, 2.0]];
+        let text = chart.to_string();
+        assert!(text.contains("viewBox=\"0 0 450 340\""));
+        assert!(text.contains(">30</text>") && !text.contains(">40</text>"), "it ends at 33");
     }
 
     #[test]

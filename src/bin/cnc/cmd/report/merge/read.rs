@@ -57,7 +57,7 @@ fn short(text: &str) -> String {
 }
 
 /// Reads the documents of a file, one or more, and hands each on, or what is wrong with it and in which line.
-/// Behind one that is no JSON nothing is read.
+/// Behind one that cannot be read as a document nothing is.
 pub fn documents(file: &Path, mut take: impl FnMut(Result<Entry, String>)) {
     input::has_read(file);
     if file == Path::new("-") {
@@ -83,7 +83,7 @@ fn documents_of(reader: impl Read, file: &Path, mut take: impl FnMut(Result<Entr
                 }
                 Some(fault) => format!("line {}: {fault}", lines.get()),
             },
-            Err(error) => short(&error.to_string()),
+            Err(error) => format!("{} (nothing behind it is read)", short(&error.to_string())),
         };
         take(Err(format!("no result of `cnc report --json`: {fault}")));
     }
