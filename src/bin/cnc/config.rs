@@ -12,6 +12,7 @@ use cnc::base::source::as_text;
 use cnc::interp::Dialect;
 
 use crate::args::Global;
+use crate::refusal::Refusal;
 use crate::{input, report};
 
 const FILE: &str = "cnc.toml";
@@ -49,7 +50,7 @@ fn read(file: &Path, global: &Global) -> anyhow::Result<Option<Config>> {
     let dialects = Dialect::ALL.map(Dialect::name);
     let mut config = Config::parse(&name, &text, &dialects).map_err(|faults| {
         report::diagnostics(&name, &faults, global);
-        anyhow!("configuration '{name}' cannot be used")
+        Refusal::of_file(&name, &faults, format!("configuration '{name}' cannot be used"))
     })?;
     if let (Some(machine), Some(folder)) = (config.settings.get_mut("machine"), file.parent())
         && BUILT_IN.iter().all(|(id, _)| *id != machine.value)

@@ -16,7 +16,8 @@ use sha2::{Digest, Sha256};
 
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
-use crate::{meter, report};
+use crate::refusal::Refusal;
+use crate::{environment, meter, report};
 
 /// Files that were opened to be read: device and number of each.
 static READ: Mutex<Vec<(u64, u64)>> = Mutex::new(Vec::new());
@@ -117,7 +118,7 @@ pub fn tools(file: Option<&Path>) -> anyhow::Result<(Tools, Option<Origin>)> {
 
 /// Loads the profile that `--machine` names, and says its warnings.
 pub fn machine(global: &Global) -> anyhow::Result<Machine> {
-    profile(&global.machine, global)
+    environment::chosen(profile(&global.machine, global), global)
 }
 
 /// Loads a profile by name or from a file, and says its warnings.
@@ -133,7 +134,8 @@ pub fn unusable(error: ProfileError, global: &Global) -> anyhow::Error {
     match error {
         ProfileError::Wrong { file, faults } => {
             report::diagnostics(&file, &faults, global);
-            anyhow!("machine profile '{file}' cannot be used")
+            let message = format!("machine profile '{file}' cannot be used");
+            Refusal::of_file(&file, &faults, message).into()
         }
         ProfileError::NotFound { .. } | ProfileError::Unreadable { .. } => error.into(),
     }

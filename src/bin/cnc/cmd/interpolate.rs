@@ -100,10 +100,7 @@ enum Encoding {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     args.check(global)?;
-    let program = match Program::open(&args.file, &args.motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program = Program::open(&args.file, &args.motion, global)?;
     if args.method != Method::C {
         return by_nodes(args, &program, global);
     }

@@ -50,7 +50,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         Action::List => list(&mut out, global),
         Action::Show { name, toml } => {
             let chosen = name.as_ref().unwrap_or(&global.machine);
-            let machine = input::profile(chosen, global)?;
+            let machine = match name {
+                Some(name) => input::profile(name, global),
+                None => input::machine(global),
+            }?;
             if *toml {
                 out.write_all(machine.to_toml().as_bytes())?;
             } else if global.json {

@@ -42,6 +42,7 @@ use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::progress::Bar;
 use crate::protocol::{NO_MAX, ProtocolArgs};
+use crate::refusal::Refusal;
 use crate::{input, output};
 
 /// Streams a program or a command dump to the nodes
@@ -113,10 +114,6 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             let motion = motion(args, &port, &machine, global)?;
             Program::check_typed(&args.execute, machine, &motion, global)?
         }
-    };
-    let program = match program {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
     };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
@@ -231,7 +228,8 @@ pub fn run_job(
     }
     if !may_start(args, &operator)? {
         say!("nothing was sent");
-        return Ok(Exit::Interrupted);
+        let error = Refusal::told("the start was not confirmed: nothing was sent").into();
+        return Err(Failure { code: 130, error });
     }
     if let Some(program) = work.program.filter(|_| !global.quiet || args.single_block) {
         operator.list(program.source.clone())?;

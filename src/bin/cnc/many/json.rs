@@ -10,7 +10,7 @@ use super::Form;
 use super::judged::{Judged, WRONG_FILE};
 use super::sum::Sum;
 use crate::args::Global;
-use crate::cmd::interpret::write_error;
+use crate::refusal::write_error;
 use crate::report;
 
 /// A line an error, a program and the sum; warnings are drawn on standard error.

@@ -77,7 +77,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let troubles = &merged.troubles;
     troubles.iter().for_each(|trouble| say!("error: {}: {}", trouble.name, trouble.what));
     if !troubles.is_empty() {
-        return Err(anyhow!("not every program has a good result").into());
+        say!("error: not every program has a good result");
+        return Ok(Exit::Unusable);
     }
     Ok(if merged.count(Verdict::Pass) == merged.documents.len() {
         Exit::Ok
