@@ -56,6 +56,29 @@ fn the_nearer_word_counts() {
 }
 
 #[test]
+fn a_variable_that_is_empty_says_nothing() {
+    let place = Place::new();
+    place.write("cnc.toml", "machine = \"router\"\n");
+    for name in ["CNC_MACHINE", "CNC_COLOR", "CNC_MAX_ERRORS", "CNC_NO_INPUT", "CNC_DIALECT"] {
+        assert_eq!(place.machine(&[], &[(name, "")]), ["router", "cnc.toml:1"], "{name}");
+    }
+    for word in ["1", "yes", "ON", "0", "no", "False"] {
+        place.machine(&[], &[("CNC_NO_INPUT", word)]);
+    }
+    // Other programs have variables of their own, and a hook is given these.
+    for name in ["CNC_LINE", "CNC_EVENT", "CNC_SPINDLE_HOST"] {
+        let said = place.run(&["bus"], &[(name, "7")]).stderr;
+        assert!(!String::from_utf8_lossy(&said).contains(name), "{name}");
+    }
+    let said = place.run(&["bus", "-q"], &[("CNC_MACHNE", "7")]).stderr;
+    assert_eq!(String::from_utf8_lossy(&said), "");
+    place.write("cnc.toml", "machine = \"ruoter\"\n");
+    let said = place.run(&["bus"], &[]).stderr;
+    let said = String::from_utf8_lossy(&said);
+    assert!(said.starts_with("error: cnc.toml:1: no machine profile './ruoter'"), "{said}");
+}
+
+#[test]
 fn other_defaults_are_read_too() {
     let place = Place::new();
     let many = "G999\n".repeat(9) + "M30\n";

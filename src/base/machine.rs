@@ -408,6 +408,12 @@ impl Machine {
         self.axes.iter().find(|profile| profile.axis == axis)
     }
 
+    /// The axes that it has, for a message: `X, Y, Z`.
+    pub fn axis_names(&self) -> String {
+        let names: Vec<String> = self.axes.iter().map(|profile| profile.axis.to_string()).collect();
+        names.join(", ")
+    }
+
     /// Nearest motor step to a machine position, on each axis; 0 on axes the machine lacks. A
     /// position half way between two steps goes to the even one.
     pub fn nearest_steps(&self, position_mm: &Point) -> AxisMap<i64> {

@@ -49,7 +49,7 @@ fn read(file: &Path, global: &Global) -> anyhow::Result<Option<Config>> {
     };
     let dialects = Dialect::ALL.map(Dialect::name);
     let mut config = Config::parse(&name, &text, &dialects).map_err(|faults| {
-        report::diagnostics(&name, &faults, global);
+        report::faults(&name, &faults, global);
         Refusal::of_file(&name, &faults, format!("configuration '{name}' cannot be used"))
     })?;
     if let (Some(machine), Some(folder)) = (config.settings.get_mut("machine"), file.parent())

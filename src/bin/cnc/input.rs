@@ -133,7 +133,7 @@ pub fn profile(name_or_file: &str, global: &Global) -> anyhow::Result<Machine> {
 pub fn unusable(error: ProfileError, global: &Global) -> anyhow::Error {
     match error {
         ProfileError::Wrong { file, faults } => {
-            report::diagnostics(&file, &faults, global);
+            report::faults(&file, &faults, global);
             let message = format!("machine profile '{file}' cannot be used");
             Refusal::of_file(&file, &faults, message).into()
         }

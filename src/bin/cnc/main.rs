@@ -65,7 +65,7 @@ fn run(args: &Args) -> exit::Outcome {
         Command::Machine(args) => cmd::machine::run(args, global),
         Command::Bus(args) => cmd::bus::run(args, global),
         Command::Explain(args) => cmd::explain::run(args, global),
-        Command::Completions(args) => cmd::completions::run(args),
-        Command::Man(args) => cmd::man::run(args),
+        Command::Completions(args) => cmd::completions::run(args, global),
+        Command::Man(args) => cmd::man::run(args, global),
     }
 }

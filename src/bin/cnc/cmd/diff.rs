@@ -172,7 +172,10 @@ fn print(out: &mut impl Write, found: &Comparison, tolerance_mm: Option<f64>) ->
             write!(out, " at most, {:.4} less", found.max_distance_resolution_mm)?;
         }
         if let Some(worst) = &found.worst {
-            write!(out, " at tick {} of A, line {}", worst.tick, worst.line)?;
+            write!(out, " at tick {} of A", worst.tick)?;
+            if worst.line > 0 {
+                write!(out, ", line {}", worst.line)?;
+            }
         }
         match tolerance_mm {
             Some(tolerance_mm) => writeln!(out, " (tolerance {tolerance_mm} mm)")?,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap_mangen::Man;
 
-use crate::args;
+use crate::args::{self, Global};
 use crate::exit::{Exit, Outcome, unless_unread};
 
 /// Print the manual page, or write a page for each command
@@ -17,7 +17,8 @@ pub struct Args {
     output: Option<PathBuf>,
 }
 
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    global.refuse(&["json", "machine"], "a manual page is printed")?;
     let command = args::command_for_man();
     if let Some(folder) = &args.output {
         let context = || format!("manual pages cannot be written to {}", folder.display());

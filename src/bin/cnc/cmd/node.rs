@@ -79,6 +79,7 @@ fn unit(text: &str) -> Result<Unit, String> {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     if args.plc.plc {
+        global.refuse(&["machine"], "a PLC has no axes")?;
         return plc::run(&args.plc, &mut pty(args)?, args.once, global);
     }
     let mut machine = args.protocol.machine(global)?;

@@ -20,6 +20,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    global.refuse(&["machine"], "ports are those of this computer")?;
     let mut ports = list_ports(Path::new("/"));
     let of_all = ports.len();
     ports.retain(|port| args.all || port.kind != PortKind::NoHardware);

@@ -72,7 +72,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     }
     match &args.file {
         Some(file) => of_program(file, args, global),
-        None => merge::run(args, global),
+        None => {
+            global.refuse(&["machine"], "results of `report --json` name their machines")?;
+            merge::run(args, global)
+        }
     }
 }
 

@@ -389,9 +389,13 @@ pub fn dump(
     Ok((job, header))
 }
 
-/// Real nodes keep their own time, and those that cannot answer keep nothing back.
+/// Real nodes keep their own time, those within this program need none, and those that cannot answer keep
+/// nothing back.
 pub fn check_speed(args: &Args, port: &Port, machine: &Machine) -> anyhow::Result<()> {
     check_answers(args, machine)?;
+    if args.speed.is_some() && Simulation::of_port(&args.port.port)?.is_some() {
+        return Err(anyhow!("--speed has no effect: simulated nodes (sim:) take no time anyway"));
+    }
     if args.speed.is_some() && port.is_real() {
         let port = args.port.port.display();
         return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));

@@ -284,7 +284,7 @@ impl Merged {
                 "total_seconds": job.map(|job| job.total_seconds),
                 "max_contour_error_mm": job.map(|job| job.max_contour_error_mm),
                 "tolerance_mm": job.map(|job| job.tolerance_mm),
-                "line": job.and_then(|job| job.worst).map(|worst| worst.line),
+                "line": job.and_then(|job| job.worst).and_then(|worst| worst.line),
             })
         });
         let machines = self.machines().into_iter().map(|((name, sha256), programs)| {
