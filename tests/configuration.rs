@@ -1,6 +1,7 @@
 //! Options go before `CNC_*`, that before the folder's `cnc.toml`, and that before the user's own.
 
 use std::fs;
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -75,7 +76,7 @@ fn a_variable_that_is_empty_says_nothing() {
     place.write("cnc.toml", "machine = \"ruoter\"\n");
     let said = place.run(&["bus"], &[]).stderr;
     let said = String::from_utf8_lossy(&said);
-    assert!(said.starts_with("error: cnc.toml:1: no machine profile './ruoter'"), "{said}");
+    assert!(said.starts_with("error: cnc.toml:1: no machine profile 'ruoter'"), "{said}");
 }
 
 #[test]
@@ -111,6 +112,35 @@ fn files_are_looked_for_from_the_folder_that_names_them() {
     place.write("config/cnc/mine.toml", &String::from_utf8(profile).unwrap());
     place.write("config/cnc/cnc.toml", "machine = \"mine.toml\"\n");
     assert_eq!(place.machine(&[], &[])[0], "mine");
+}
+
+/// A pipe is not waited for; the user's own file stops nothing but what would ask it for the machine.
+#[test]
+fn a_configuration_that_cannot_be_read_is_told() {
+    let place = Place::new();
+    let users = place.path().join("config/cnc/cnc.toml");
+    symlink(&users, &users).unwrap();
+    let said = |args: &[&str], code: i32| {
+        let output = place.run(args, &[]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
+        said
+    };
+    assert!(
+        said(&["explain", "G0"], 0).starts_with("warning: the user's own configuration is not")
+    );
+    assert!(said(&["bus"], 2).contains("may name another machine than starmill"));
+    assert_eq!(said(&["bus", "-q", "-m", "starmill"], 0), "");
+    place.write("cnc.toml", "machine = \"router\"\n");
+    assert_eq!(said(&["bus", "-q"], 0), "");
+    fs::remove_file(&users).unwrap();
+    fs::remove_file(place.path().join("cnc.toml")).unwrap();
+    for file in ["config/cnc/cnc.toml", "cnc.toml"] {
+        let pipe = place.path().join(file);
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        assert!(said(&["bus"], 2).contains("is no file that can be read again and again"));
+        fs::remove_file(&pipe).unwrap();
+    }
 }
 
 #[test]

@@ -235,5 +235,8 @@ fn the_farm_runs_programs_through_gnu_parallel() {
 
     let (code, said) = farm("more", &["-m", "no such machine"]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("its job said: error: no machine profile 'no such machine'"), "{said}");
+    assert!(
+        said.contains("it tells why there is none: no machine profile 'no such machine'"),
+        "{said}"
+    );
 }

@@ -60,6 +60,9 @@ pub struct Global {
     /// What `cnc.toml` says.
     #[arg(skip)]
     pub config: Config,
+    /// Why the user's own says nothing, though it may be there.
+    #[arg(skip)]
+    pub config_unread: Option<String>,
     /// Long names of the options that stand on the command line.
     #[arg(skip)]
     pub given: BTreeSet<String>,
@@ -128,15 +131,19 @@ fn yes_or_no(text: &str) -> Result<bool, String> {
 pub fn parse() -> Result<Args, Failure> {
     let command = environment::without_empty(command());
     let said = read(&command).1;
-    let config = config::load(&said.global)?;
+    let (config, unread) = config::load(&said.global)?;
     if !said.global.quiet {
         environment::warn(&command);
+        unread
+            .iter()
+            .for_each(|reason| say!("warning: the user's own configuration is not read: {reason}"));
     }
     let command = with_defaults(command, &config);
     let (matches, mut args) = read(&command);
     args.global.machine_chosen_by = chosen_by(&matches, "machine", &config);
     args.global.given = given(&command, &matches);
     args.global.config = config;
+    args.global.config_unread = unread;
     Ok(args)
 }
 

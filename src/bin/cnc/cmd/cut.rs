@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use cnc::base::likeness::nearest;
 use cnc::base::machine::Spindle;
+use cnc::base::source::small_text;
 use cnc::base::{Axis, EventKind};
 use cnc::path::{PathItem, Segment};
 use cnc::systems::axes_speed_mm_s;
@@ -16,6 +17,7 @@ use cnc::systems::cutting::{Cut, Load, Material, Tool};
 
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
+use crate::input::TABLE_MIB_MAX;
 use crate::program::{FeedMode, MotionArgs, Program};
 
 /// Hold the feeds of a program against the power of the spindle
@@ -93,7 +95,8 @@ fn named<T: Entry>(name: &str, built_in: &str, what: &str) -> Result<(String, T)
         )
         .into());
     }
-    let text = std::fs::read_to_string(file).with_context(|| format!("{what} {file}"))?;
+    let text =
+        small_text(Path::new(file), TABLE_MIB_MAX).with_context(|| format!("{what} {file}"))?;
     Ok(entry(&text, section).with_context(|| format!("{what} {file}"))?)
 }
 

@@ -74,7 +74,7 @@ fn many(
     args: &Args,
     global: &Global,
 ) -> Outcome {
-    let found = Found::of(files);
+    let found = Found::of(files)?;
     many::say_left_out(&found, global);
     let work = |entry: &Entry| {
         let mut judged = Judged::new(entry.path.clone());

@@ -22,6 +22,8 @@ use crate::input;
 
 /// Endings of the files of a folder that are taken for results.
 const ENDINGS: [&str; 2] = ["json", "jsonl"];
+/// Most bytes of a file: some hundred thousand documents.
+const BYTES_MAX: u64 = 1 << 30;
 /// Most characters of what a job said, where it left no result.
 const SAID_MAX: usize = 300;
 
@@ -148,14 +150,23 @@ fn documents(file: &Path) -> Result<Vec<Document>, String> {
     let mut bytes = Vec::new();
     input::has_read(file);
     let read = match file == Path::new("-") {
-        true => io::stdin().lock().read_to_end(&mut bytes),
-        false => File::open(file).and_then(|mut file| file.read_to_end(&mut bytes)),
+        true => io::stdin().lock().take(BYTES_MAX).read_to_end(&mut bytes),
+        false => File::open(file).and_then(|file| file.take(BYTES_MAX).read_to_end(&mut bytes)),
     };
-    read.map_err(|error| error.to_string())?;
+    let count = read.map_err(|error| error.to_string())?;
+    if count as u64 == BYTES_MAX {
+        return Err("no results are this large".to_owned());
+    }
     let mut documents = Vec::new();
-    for document in serde_json::Deserializer::from_slice(&bytes).into_iter::<Document>() {
-        let document =
-            document.map_err(|error| format!("no result of `cnc report --json`: {error}"))?;
+    let wrong = |error| format!("no result of `cnc report --json`: {error}");
+    for value in serde_json::Deserializer::from_slice(&bytes).into_iter::<Value>() {
+        let value = value.map_err(wrong)?;
+        if let ("error", Some(error)) =
+            (value["result"].as_str().unwrap_or_default(), value["error"].as_str())
+        {
+            return Err(format!("it tells why there is none: {error}"));
+        }
+        let document: Document = serde_json::from_value(value).map_err(wrong)?;
         if let Some(fault) = document.fault() {
             return Err(format!("no result of `cnc report --json`: {fault}"));
         }
