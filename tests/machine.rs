@@ -138,7 +138,7 @@ fn what_is_no_profile_is_refused_with_the_reason() {
         ("routr", "did you mean 'router'?"),
         ("nosuch.toml", "there is no such file"),
         ("src", "directory"),
-        ("/dev/zero", "no profile is this large"),
+        ("/dev/zero", "is larger than 1 MiB"),
         ("/bin/sh", "UTF-8"),
     ] {
         let (code, out, err) = cnc(&["show", name]);

@@ -1,11 +1,13 @@
 //! Runs every example of the manual: in a ```console block of README.md and docs/*.md, each line
 //! `$ command` must end with code 0, or with the one that a following `$ echo $?` shows, and
 //! print what stands below it. `…` stands for any text within a line, and alone for any lines.
+//! Lines of `cnc` in ```sh blocks must at least be understood.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// A command, the code it ends with, and what it prints on both streams, if the manual shows it.
 struct Example {
@@ -82,7 +84,7 @@ fn check(file: &Path) -> usize {
             .env_remove("CNC_MACHINE")
             .env("XDG_STATE_HOME", folder.path())
             .env("XDG_CONFIG_HOME", folder.path())
-            .stdin(std::process::Stdio::null())
+            .stdin(Stdio::null())
             .output()
             .unwrap();
         let printed = String::from_utf8(output.stdout).unwrap();
@@ -109,6 +111,73 @@ fn the_examples_of_the_manual_do_what_it_says() {
             check(&path);
         }
     }
+}
+
+/// Lines of `cnc` in ```sh blocks: these need a machine, a second terminal or a home of one's own.
+fn shell_lines(text: &str) -> Vec<String> {
+    let mut in_shell = false;
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        if line.starts_with("```") {
+            in_shell = line == "```sh";
+        } else if in_shell {
+            let line = line.replace("cargo run --release --", "cnc");
+            lines.extend(
+                ["cnc ", "mkdir "].iter().any(|first| line.starts_with(first)).then_some(line),
+            );
+        }
+    }
+    lines
+}
+
+/// Nodes run until they are stopped: it is enough that they begin.
+fn begins(line: &str, folder: &Path) {
+    let mut node = Command::new(env!("CARGO_BIN_EXE_cnc"));
+    node.args(line.split(' ').skip(1)).current_dir(folder).env_remove("CNC_MACHINE");
+    node.stdin(Stdio::null()).stdout(Stdio::piped());
+    let mut child = node.spawn().unwrap();
+    let mut name = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut name).unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(name.starts_with("/dev/pts/"), "{line}: {name}");
+}
+
+#[test]
+fn what_the_manual_has_for_other_places_is_understood() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let pages = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    let mut tried = 0;
+    for file in pages.chain([root.join("README.md")]) {
+        let (folder, path) = playground();
+        for line in shell_lines(&fs::read_to_string(&file).unwrap()) {
+            // No machine may move because of a test, and nothing outside of the folder changes.
+            let own = folder.path().display().to_string();
+            let line = line.replace("/dev/", "./no-").replace("/tmp", &own);
+            tried += 1;
+            if line.starts_with("cnc node") {
+                begins(&line, folder.path());
+                continue;
+            }
+            let output = Command::new("sh")
+                .args(["-c", &format!("exec 2>&1\n{line}")])
+                .current_dir(folder.path())
+                .env("PATH", &path)
+                .env_remove("CNC_MACHINE")
+                .envs(["HOME", "XDG_STATE_HOME", "XDG_CONFIG_HOME"].map(|name| (name, &own)))
+                .stdin(Stdio::null())
+                .output()
+                .unwrap();
+            let printed = String::from_utf8_lossy(&output.stdout);
+            let place = format!("{}: {line}: {printed}", file.display());
+            let is_elsewhere = line.contains("./no-") || line.contains(&own);
+            assert!(is_elsewhere || output.status.success(), "{place}");
+            let is_refused = ["try '--help'", "has no effect"].map(|say| printed.contains(say));
+            assert_eq!(is_refused, [false; 2], "{place}");
+        }
+    }
+    assert!(tried > 8, "{tried} lines tried");
 }
 
 #[test]

@@ -69,9 +69,21 @@ pub fn small_text(path: &Path, mib_max: u64) -> io::Result<String> {
     let mut bytes = Vec::new();
     File::open(path)?.take(bytes_max + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > bytes_max {
-        return Err(too_large(format!("is larger than {mib_max} MiB: no such file is")));
+        return Err(too_large(format!("is larger than {mib_max} MiB, which no such file is")));
     }
     as_text(bytes)
+}
+
+/// An unlinked file in the folder for temporary ones.
+///
+/// # Errors
+/// Names that folder.
+pub fn temporary_file() -> io::Result<File> {
+    tempfile::tempfile().map_err(|error| {
+        let folder = std::env::temp_dir();
+        let reason = format!("no temporary file in {} (TMPDIR): {error}", shown(&folder));
+        io::Error::new(error.kind(), reason)
+    })
 }
 
 fn too_large(reason: String) -> io::Error {
@@ -110,7 +122,7 @@ impl Source {
     /// When the stream cannot be read or the temporary file cannot be written, when so much comes without the
     /// end of a line that it is no text ([`SPOOL_LINE_BYTES_MAX`]), or more than [`SPOOL_BYTES_MAX`].
     pub fn spool(name: &str, mut stream: impl Read) -> io::Result<Source> {
-        let mut file = tempfile::tempfile()?;
+        let mut file = temporary_file()?;
         let mut buffer = vec![0; SPOOL_CHUNK_BYTES];
         let (mut bytes, mut line_bytes) = (0, 0);
         loop {
@@ -224,7 +236,7 @@ mod tests {
         let lines = io::Cursor::new(vec![b'\n'; 3 << 20]);
         assert_eq!(Source::spool("lines", lines).unwrap().length().unwrap(), 3 << 20);
         let error = small_text(Path::new("/dev/zero"), 1).unwrap_err();
-        assert_eq!(error.to_string(), "is larger than 1 MiB: no such file is");
+        assert_eq!(error.to_string(), "is larger than 1 MiB, which no such file is");
     }
 
     #[test]

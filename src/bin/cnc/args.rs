@@ -15,8 +15,8 @@ use crate::{cmd, config, environment, examples, refusal};
 const HELP: &str =
     "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
-/// Turns NC programs into synchronised steps for machine tools with distributed axis controllers,
-/// proves them right, and sends them over the serial bus
+/// Turn NC programs into synchronised steps for machine tools with distributed axis controllers,
+/// prove them right, and send them over the serial bus
 #[derive(Debug, Parser)]
 #[command(name = "cnc", version, arg_required_else_help = true, after_help = examples::CODES)]
 pub struct Args {

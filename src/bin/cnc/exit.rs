@@ -71,7 +71,7 @@ pub fn code(outcome: Outcome, as_json: bool) -> ExitCode {
     }
     let (code, message) = match failure.error.chain().any(Interrupted::is_in) {
         true => (Exit::Interrupted as u8, "interrupted".to_owned()),
-        false => (failure.code, format!("{:#}", failure.error)),
+        false => (failure.code, told(&failure.error)),
     };
     if !refusal::is_told(&failure.error) {
         say!("error: {message}");
@@ -80,6 +80,17 @@ pub fn code(outcome: Outcome, as_json: bool) -> ExitCode {
         refusal::print(code, &message, refusal::errors(&failure.error));
     }
     ExitCode::from(code)
+}
+
+/// Why, with its causes; without the system's numbers, whose words say the same.
+pub fn told(error: &anyhow::Error) -> String {
+    let text = format!("{error:#}");
+    let mut parts = text.split(" (os error ");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |told, part| match part.split_once(')') {
+        Some((number, rest)) if number.bytes().all(|byte| byte.is_ascii_digit()) => told + rest,
+        _ => told + " (os error " + part,
+    })
 }
 
 /// A result that nobody reads to its end is no failure, and the verdict stands.
@@ -96,4 +107,16 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
             .downcast_ref::<io::Error>()
             .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_the_system_are_not_told() {
+        let number = io::Error::from_raw_os_error(2);
+        let error = anyhow::Error::new(number).context("a (os error x).nc");
+        assert_eq!(told(&error), "a (os error x).nc: No such file or directory");
+    }
 }

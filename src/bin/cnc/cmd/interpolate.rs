@@ -172,7 +172,9 @@ impl Args {
             let why = "standard output takes the CSV; with -o FILE it takes the JSON";
             global.refuse(&["json"], why)?;
         }
-        output::check_distinct(&[file, self.svg.as_deref()])
+        let outputs = [file, self.svg.as_deref()];
+        output::check_distinct(&outputs)?;
+        output::check_writable(&outputs)
     }
 }
 

@@ -91,6 +91,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         let reason = "a drawing has no JSON; interpolate --json and verify --json have figures";
         return Err(anyhow!(reason).into());
     }
+    output::check_writable(&[args.output.as_deref()])?;
     let source = input::source(&args.file)?;
     let is_png = args.output.as_deref().is_some_and(|file| ending(file).as_deref() == Some("png"));
     if !is_png {

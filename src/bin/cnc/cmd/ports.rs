@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
 
-/// Serial ports, those first that a bus most likely hangs on
+/// List serial ports, those first that a bus most likely hangs on
 ///
 /// Tells of each by what names it goes, whether it can be opened and who has it open. Opens none.
 #[derive(Debug, clap::Args)]

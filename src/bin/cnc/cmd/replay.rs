@@ -24,10 +24,10 @@ use crate::protocol::ProtocolArgs;
 /// Hazards that are told one by one.
 const HAZARDS_MAX: usize = 10;
 
-/// Replays the bytes of a trace (`send --trace`) against virtual nodes
+/// Replay the bytes of a trace (`send --trace`) against virtual nodes
 ///
-/// Says how far each node has got, on which NC line, and where the first answer differs from what was
-/// received: there a byte or an answer was lost or changed, or a node failed. Exit code 0: all
+/// The result is how far each node has got, on which NC line, and where the first answer differs from what
+/// was received: there a byte or an answer was lost or changed, or a node failed. Exit code 0: all
 /// answers are the same and there was no hazard; 1: not so.
 #[derive(Debug, clap::Args)]
 pub struct Args {

@@ -45,7 +45,7 @@ use crate::protocol::{NO_MAX, ProtocolArgs};
 use crate::refusal::Refusal;
 use crate::{input, output};
 
-/// Streams a program or a command dump to the nodes
+/// Stream a program or a command dump to the nodes
 ///
 /// All of it is checked before the port is opened. Ctrl-C holds where the axes are slow enough to
 /// stop without a ramp, or at the end of the buffer, and asks whether to go on; a second one stops
@@ -95,6 +95,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    args.check_outputs()?;
     let source = args.file.as_deref().map(input::source).transpose()?;
     let port = args.port.port(global)?;
     let machine = args.protocol.machine(global)?;
@@ -127,6 +128,12 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 }
 
 impl Args {
+    /// Makes sure that all can be written that is asked for, before a long program is planned.
+    fn check_outputs(&self) -> anyhow::Result<()> {
+        let outputs = [&self.trace, &self.journal.journal, &self.plc.signals, &self.plc.svg];
+        output::check_writable(&outputs.map(Option::as_deref))
+    }
+
     /// Refuses what a PLC cannot do; two outputs of one name, and traces and signals over a journal.
     fn check(&self, job: &Job, machine: &Machine, port: &Port) -> Result<(), Failure> {
         self.plc.check(job, machine, port.is_real())?;
@@ -226,11 +233,7 @@ pub fn run_job(
             false => journal.check_position(&job, machine, global),
         }?;
     }
-    if !may_start(args, &operator)? {
-        say!("nothing was sent");
-        let error = Refusal::told("the start was not confirmed: nothing was sent").into();
-        return Err(Failure { code: 130, error });
-    }
+    confirm(args, &operator)?;
     if let Some(program) = work.program.filter(|_| !global.quiet || args.single_block) {
         operator.list(program.source.clone())?;
     }
@@ -256,12 +259,18 @@ pub fn run_job(
     }
 }
 
-/// Whether the operator wants the job that was shown.
-fn may_start(args: &Args, operator: &Terminal) -> anyhow::Result<bool> {
+/// Goes on only if the operator wants the job that was shown.
+fn confirm(args: &Args, operator: &Terminal) -> Result<(), Failure> {
     if args.resume.is_some() && !args.yes && !operator.can_ask() {
-        return Err(anyhow!("--resume starts nothing by itself: say --yes to what is shown"));
+        let reason = "--resume starts nothing by itself: say --yes to what is shown";
+        return Err(anyhow!(reason).into());
     }
-    Ok(args.yes || operator.asks("Start the job?"))
+    if args.yes || operator.asks("Start the job?") {
+        return Ok(());
+    }
+    say!("nothing was sent");
+    let error = Refusal::told("the start was not confirmed: nothing was sent").into();
+    Err(Failure { code: 130, error })
 }
 
 /// Refuses what needs answers, where nodes have none.

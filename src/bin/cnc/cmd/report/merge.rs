@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use super::document::{Document, Verdict};
 use super::{Args, put};
 use crate::args::Global;
-use crate::exit::{Exit, Outcome, unless_unread};
+use crate::exit::{Exit, Outcome, told, unless_unread};
 use crate::input;
 
 /// Endings of the files of a folder that are taken for results.
@@ -153,7 +153,7 @@ fn documents(file: &Path) -> Result<Vec<Document>, String> {
         true => io::stdin().lock().take(BYTES_MAX).read_to_end(&mut bytes),
         false => File::open(file).and_then(|file| file.take(BYTES_MAX).read_to_end(&mut bytes)),
     };
-    let count = read.map_err(|error| error.to_string())?;
+    let count = read.map_err(|error| told(&error.into()))?;
     if count as u64 == BYTES_MAX {
         return Err("no results are this large".to_owned());
     }
