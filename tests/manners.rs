@@ -285,6 +285,38 @@ fn options_that_would_do_nothing_are_refused() {
     assert!(!folder.path().join("a").exists());
 }
 
+/// Before a long program is read to its end; in the words of the user, without numbers of the system and
+/// names of temporary files.
+#[test]
+fn places_that_cannot_be_written_are_told_at_once() {
+    let folder = workshop();
+    endless(folder.path());
+    for (line, expected) in [
+        (
+            "cnc send sim: endless.nc --trace no/t",
+            "no/t cannot be written: there is no folder no\n",
+        ),
+        ("cnc send sim: endless.nc --journal no/t", "no/t cannot be written: there is no folder"),
+        ("cnc send sim: endless.nc --trace .", ". cannot be written: it is a folder\n"),
+        ("cnc report endless.nc -o no/t", "no/t cannot be written: there is no folder no\n"),
+        ("cnc plot endless.nc -o no/t.svg", "no/t.svg cannot be written: there is no folder no\n"),
+        ("cnc interpolate endless.nc --csv -o no/t", "no/t cannot be written: there is no folder"),
+        (
+            "cnc interpolate endless.nc --csv -o /proc/t",
+            "/proc/t cannot be written: No such file or directory\n",
+        ),
+        ("cnc interpret . --format junit -o no/t", "no/t cannot be written: there is no folder"),
+        ("cnc interpret part.nc part.nc -j 0", "a number from 1 on is expected"),
+        ("cnc man -o part.nc", "part.nc is no folder: name one for the pages\n"),
+        ("cnc node --link part.nc", "the link part.nc: something else has that name"),
+        ("cnc interpret - -", "- is named twice"),
+        ("cnc interpret /dev/zero", "1 MiB without the end of a line: this is no text\n"),
+        ("TMPDIR=/proc cnc interpret -", "no temporary file in /proc (TMPDIR): "),
+    ] {
+        refused(folder.path(), line, 2, expected);
+    }
+}
+
 #[test]
 fn names_that_were_meant_are_told() {
     let folder = workshop();

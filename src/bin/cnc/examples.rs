@@ -100,7 +100,7 @@ const PLOT: &str = "  cnc plot part.nc -o part.svg               the path from f
   cnc plot part.csv -o part.svg              the path of a dump";
 
 const REPORT: &str = "  cnc report part.nc -o part.html            all about it on one page
-  cnc report part.nc --json > part.json      the same for programs, and for --merge
+  cnc report part.nc --json > part.json      the same for scripts, and for --merge
   cnc report --merge part.json -o all.html   results of many programs on one page";
 
 const SEND: &str =
