@@ -151,7 +151,10 @@ fn what_was_changed_is_refused_with_its_reason() {
         let bench = Bench::new();
         bench.change(from, to);
         bench.check_refused(&[], 1, reason);
-        bench.check_refused(&["--json"], 1, reason);
+        let (code, out, _) = bench.run(&["--json"]);
+        let told: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!((code, &told["result"]), (1, &Value::from("error")), "{out}");
+        assert!(told["error"].as_str().unwrap().contains(reason), "{out}");
     }
     let bench = Bench::new();
     fs::write(bench.file("p.csv"), dump("starmill", Encoding::Bytes)).unwrap();
