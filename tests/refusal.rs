@@ -88,3 +88,18 @@ fn a_start_that_is_not_confirmed_is_one() {
     assert_eq!([&document["result"], &document["error"]], expected);
     assert_eq!(document["exit_code"], 130);
 }
+
+/// A job that has run has a result, whatever becomes of its records.
+#[test]
+fn a_job_that_has_run_tells_its_result() {
+    let bench = Bench::new("G21 G90 F600\nM8\nG1 X5 Y3\nM30\n", "starmill");
+    let mut process = Command::new(env!("CARGO_BIN_EXE_cnc"));
+    process.current_dir(bench.path("")).env("CNC_MACHINE", "starmill").stdin(Stdio::null());
+    process.args(["send", "sim:", "part.nc", "--plc", "sim:", "--signals", "/dev/full", "--json"]);
+    let output = process.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("error: /dev/full: No space left on device\n"), "{said}");
+    let document = parse(&String::from_utf8(output.stdout).unwrap());
+    assert_eq!(document["result"], "done");
+}

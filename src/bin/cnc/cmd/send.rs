@@ -34,7 +34,7 @@ use self::resume::Resume;
 use self::sim::Simulation;
 use self::tracing::Tracing;
 use crate::args::Global;
-use crate::exit::{Exit, ExitWith, Failure, Outcome};
+use crate::exit::{Exit, ExitWith, Failure, Outcome, told};
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
 use crate::meter::Pass;
@@ -183,6 +183,21 @@ struct Notes<'a> {
     tracing: Option<Tracing>,
     book: Option<Book<'a>>,
     signals: Option<SignalFiles>,
+    /// Why the record of signals is not there.
+    unwritten: Option<Failure>,
+}
+
+impl Notes<'_> {
+    /// A job whose journal or record of signals is not whole has failed, whatever became of it.
+    fn verdict(self, outcome: Outcome) -> Outcome {
+        let exit = match self.book {
+            Some(book) => book.verdict(outcome),
+            None => outcome,
+        }?;
+        let Some(failure) = self.unwritten else { return Ok(exit) };
+        say!("error: {}", told(&failure.error));
+        Ok(if exit == Exit::Ok { Exit::Unusable } else { exit })
+    }
 }
 
 /// A job that `jog` or `home` made.
@@ -248,15 +263,12 @@ pub fn run_job(
     let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
     let signals = Some(SignalFiles::create(&args.plc, &record.program.name)?);
     let book = journal.map(|journal| Book::new(journal, record));
-    let mut notes = Notes { tracing, book, signals };
+    let mut notes = Notes { tracing, book, signals, unwritten: None };
     let outcome = match faults {
         Some(faults) => simulate(&report, job, operator, faults, work.program, &mut notes),
         None => send(args, port, &report, job, operator, &mut notes),
     };
-    match notes.book {
-        Some(book) => book.verdict(outcome),
-        None => outcome,
-    }
+    notes.verdict(outcome)
 }
 
 /// Goes on only if the operator wants the job that was shown.
@@ -498,7 +510,7 @@ fn stream(
     operator.bar.end();
     let plc = operator.end_plc();
     if let (Some(plc), Some(files)) = (plc, notes.signals.take()) {
-        files.write(plc.samples()).map_err(|failure| failure.error)?;
+        notes.unwritten = files.write(plc.samples()).err();
     }
     let now_us = link.now_us();
     if let Some(trace) = link.into_trace() {
