@@ -1,6 +1,7 @@
 //! Options go before `CNC_*`, that before the folder's `cnc.toml`, and that before the user's own.
 
 use std::fs;
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -56,6 +57,29 @@ fn the_nearer_word_counts() {
 }
 
 #[test]
+fn a_variable_that_is_empty_says_nothing() {
+    let place = Place::new();
+    place.write("cnc.toml", "machine = \"router\"\n");
+    for name in ["CNC_MACHINE", "CNC_COLOR", "CNC_MAX_ERRORS", "CNC_NO_INPUT", "CNC_DIALECT"] {
+        assert_eq!(place.machine(&[], &[(name, "")]), ["router", "cnc.toml:1"], "{name}");
+    }
+    for word in ["1", "yes", "ON", "0", "no", "False"] {
+        place.machine(&[], &[("CNC_NO_INPUT", word)]);
+    }
+    // Other programs have variables of their own, and a hook is given these.
+    for name in ["CNC_LINE", "CNC_EVENT", "CNC_SPINDLE_HOST"] {
+        let said = place.run(&["bus"], &[(name, "7")]).stderr;
+        assert!(!String::from_utf8_lossy(&said).contains(name), "{name}");
+    }
+    let said = place.run(&["bus", "-q"], &[("CNC_MACHNE", "7")]).stderr;
+    assert_eq!(String::from_utf8_lossy(&said), "");
+    place.write("cnc.toml", "machine = \"ruoter\"\n");
+    let said = place.run(&["bus"], &[]).stderr;
+    let said = String::from_utf8_lossy(&said);
+    assert!(said.starts_with("error: cnc.toml:1: no machine profile 'ruoter'"), "{said}");
+}
+
+#[test]
 fn other_defaults_are_read_too() {
     let place = Place::new();
     let many = "G999\n".repeat(9) + "M30\n";
@@ -88,6 +112,35 @@ fn files_are_looked_for_from_the_folder_that_names_them() {
     place.write("config/cnc/mine.toml", &String::from_utf8(profile).unwrap());
     place.write("config/cnc/cnc.toml", "machine = \"mine.toml\"\n");
     assert_eq!(place.machine(&[], &[])[0], "mine");
+}
+
+/// A pipe is not waited for; the user's own file stops nothing but what would ask it for the machine.
+#[test]
+fn a_configuration_that_cannot_be_read_is_told() {
+    let place = Place::new();
+    let users = place.path().join("config/cnc/cnc.toml");
+    symlink(&users, &users).unwrap();
+    let said = |args: &[&str], code: i32| {
+        let output = place.run(args, &[]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
+        said
+    };
+    assert!(
+        said(&["explain", "G0"], 0).starts_with("warning: the user's own configuration is not")
+    );
+    assert!(said(&["bus"], 2).contains("may name another machine than starmill"));
+    assert_eq!(said(&["bus", "-q", "-m", "starmill"], 0), "");
+    place.write("cnc.toml", "machine = \"router\"\n");
+    assert_eq!(said(&["bus", "-q"], 0), "");
+    fs::remove_file(&users).unwrap();
+    fs::remove_file(place.path().join("cnc.toml")).unwrap();
+    for file in ["config/cnc/cnc.toml", "cnc.toml"] {
+        let pipe = place.path().join(file);
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        assert!(said(&["bus"], 2).contains("is no file that can be read again and again"));
+        fs::remove_file(&pipe).unwrap();
+    }
 }
 
 #[test]

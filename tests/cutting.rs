@@ -177,11 +177,10 @@ fn own_tables_are_read_by_file_and_name() {
             &material,
             "--json",
         ]);
-        serde_json::from_str::<Value>(&out)
-            .map_err(|_| err)
-            .map(|report| report["power_max_kw"].as_f64())
+        let report: Value = serde_json::from_str(&out).unwrap();
+        report["power_max_kw"].as_f64().ok_or(err)
     };
-    let (a, b) = (power(":a").unwrap().unwrap(), power(":b").unwrap().unwrap());
+    let (a, b) = (power(":a").unwrap(), power(":b").unwrap());
     assert!((b / a - 2.0).abs() < 1e-4, "{a} {b}");
     assert!(power("").unwrap_err().contains("say which, as FILE:a"));
 }

@@ -270,15 +270,16 @@ fn the_farm_runs_programs_through_gnu_parallel() {
     }
     let bench = Bench::new();
     fs::write(bench.path("hosts"), "# this computer\n:\n").unwrap();
-    let farm = |results: &str, options: &[&str]| {
+    let run = |cnc: &str, folder: &str, results: &str, options: &[&str]| {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/ci/farm.sh");
         let mut command = Command::new(script);
-        command.args(["hosts", "parts/", results]).args(options);
-        let output =
-            bench.run(command.env("CNC", env!("CARGO_BIN_EXE_cnc")).env("HOME", bench.0.path()));
+        command.args(["hosts", folder, results]).args(options);
+        let output = bench.run(command.env("CNC", cnc).env("HOME", bench.0.path()));
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         (output.status.code(), said)
     };
+    let cnc = env!("CARGO_BIN_EXE_cnc");
+    let farm = |results: &str, options: &[&str]| run(cnc, "parts/", results, options);
     let (code, said) = farm("results", &["--feed", "exact-stop"]);
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("3 of 4 programs pass, 1 is refused"), "{said}");
@@ -293,5 +294,20 @@ fn the_farm_runs_programs_through_gnu_parallel() {
 
     let (code, said) = farm("more", &["-m", "no such machine"]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("its job said: error: no machine profile 'no such machine'"), "{said}");
+    assert!(
+        said.contains("it tells why there is none: no machine profile 'no such machine'"),
+        "{said}"
+    );
+
+    fs::create_dir(bench.path("-dash")).unwrap();
+    fs::copy(bench.path("parts/inches.nc"), bench.path("-dash/-a.nc")).unwrap();
+    assert_eq!(run(cnc, "-dash", "-results", &[]).0, Some(0));
+    fs::write(bench.path("-dash/two\nlines.nc"), "M2\n").unwrap();
+    let (code, said) = run(cnc, "-dash", "broken", &[]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("has a line break in it"), "{said}");
+    let (code, said) = run("/nothere", "parts", "none", &[]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("there is no program /nothere"), "{said}");
+    assert!(!bench.path("none").exists() && !bench.path("broken").exists());
 }

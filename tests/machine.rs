@@ -133,12 +133,29 @@ fn the_command_lists_shows_and_checks() {
 }
 
 #[test]
+fn of_many_faults_the_first_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wrong.toml").display().to_string();
+    let text: String = (0..40).map(|key| format!("key{key} = 1\n")).collect();
+    std::fs::write(&file, text).unwrap();
+    let (_, out, _) = cnc(&["check", &file, "--json"]);
+    let all = serde_json::from_str::<serde_json::Value>(&out).unwrap();
+    let all = all["files"][0]["errors"].as_array().unwrap().len();
+    for command in ["show", "check"] {
+        let (code, out, err) = cnc(&[command, &file]);
+        assert_eq!((code, out.as_str()), (2, ""));
+        assert_eq!(err.matches("error[").count(), 20, "{err}");
+        assert!(err.contains(&format!("and {} more faults\n", all - 20)), "{err}");
+    }
+}
+
+#[test]
 fn what_is_no_profile_is_refused_with_the_reason() {
     for (name, reason) in [
         ("routr", "did you mean 'router'?"),
         ("nosuch.toml", "there is no such file"),
         ("src", "directory"),
-        ("/dev/zero", "no profile is this large"),
+        ("/dev/zero", "is larger than 1 MiB"),
         ("/bin/sh", "UTF-8"),
     ] {
         let (code, out, err) = cnc(&["show", name]);

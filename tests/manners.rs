@@ -264,6 +264,18 @@ fn options_that_would_do_nothing_are_refused() {
         ("cnc interpolate part.nc --method pulse --csv", "--csv has no effect"),
         ("cnc interpolate part.nc --method b --csv --json", "--json has no effect"),
         ("cnc interpolate part.nc --csv --json", "--json has no effect"),
+        ("cnc send sim: part.nc --speed 2", "--speed has no effect"),
+        ("cnc jog sim: X --by 1 --speed max", "--speed has no effect"),
+        ("cnc report --merge . -m router", "--machine has no effect"),
+        ("cnc man --json", "--json has no effect"),
+        ("cnc man -m router", "--machine has no effect"),
+        ("cnc completions bash --json", "--json has no effect"),
+        ("cnc explain G1 -m router", "--machine has no effect"),
+        ("cnc machine list -m router", "--machine has no effect"),
+        ("cnc machine show starmill -m router", "--machine has no effect"),
+        ("cnc machine check mill.toml -m router", "--machine has no effect"),
+        ("cnc ports -m router", "--machine has no effect"),
+        ("cnc node --plc --once -m router", "--machine has no effect"),
         ("cnc interpolate part.nc --method b --csv -o a --svg ./a", "named for two outputs"),
         ("cnc send sim: part.nc --trace a --journal ./a", "named for two outputs"),
         ("cnc send sim: part.nc --plc sim: --signals a --svg a", "named for two outputs"),
@@ -271,6 +283,38 @@ fn options_that_would_do_nothing_are_refused() {
         refused(folder.path(), line, 2, expected);
     }
     assert!(!folder.path().join("a").exists());
+}
+
+/// Before a long program is read to its end; in the words of the user, without numbers of the system and
+/// names of temporary files.
+#[test]
+fn places_that_cannot_be_written_are_told_at_once() {
+    let folder = workshop();
+    endless(folder.path());
+    for (line, expected) in [
+        (
+            "cnc send sim: endless.nc --trace no/t",
+            "no/t cannot be written: there is no folder no\n",
+        ),
+        ("cnc send sim: endless.nc --journal no/t", "no/t cannot be written: there is no folder"),
+        ("cnc send sim: endless.nc --trace .", ". cannot be written: it is a folder\n"),
+        ("cnc report endless.nc -o no/t", "no/t cannot be written: there is no folder no\n"),
+        ("cnc plot endless.nc -o no/t.svg", "no/t.svg cannot be written: there is no folder no\n"),
+        ("cnc interpolate endless.nc --csv -o no/t", "no/t cannot be written: there is no folder"),
+        (
+            "cnc interpolate endless.nc --csv -o /proc/t",
+            "/proc/t cannot be written: No such file or directory\n",
+        ),
+        ("cnc interpret . --format junit -o no/t", "no/t cannot be written: there is no folder"),
+        ("cnc interpret part.nc part.nc -j 0", "a number from 1 on is expected"),
+        ("cnc man -o part.nc", "part.nc is no folder: name one for the pages\n"),
+        ("cnc node --link part.nc", "the link part.nc: something else has that name"),
+        ("cnc interpret - -", "- is named twice"),
+        ("cnc interpret /dev/zero", "1 MiB without the end of a line: this is no text\n"),
+        ("TMPDIR=/proc cnc interpret -", "no temporary file in /proc (TMPDIR): "),
+    ] {
+        refused(folder.path(), line, 2, expected);
+    }
 }
 
 #[test]
@@ -288,6 +332,14 @@ fn names_that_were_meant_are_told() {
         ("cnc interpret part.nc -m ruoter", 2, "did you mean 'router'"),
         ("cnc explain no-fed", 2, "did you mean 'no-feed'"),
         ("cnc jog sim: Q --by 1", 2, "expected X, Y, Z"),
+        ("cnc jog sim: X-1 --by 1", 2, "--by says how far"),
+        ("cnc jog sim: XY --by 1", 2, "one axis is expected"),
+        ("CNC_MACHINE=ruoter cnc bus", 2, "CNC_MACHINE: no machine profile 'ruoter'"),
+        ("CNC_MAX_ERRORS=x cnc bus", 2, "'x' for 'CNC_MAX_ERRORS (--max-errors <N>)'"),
+        ("CNC_MAX_ERRORS=x cnc bus --max-errors y", 2, "'y' for '--max-errors <N>'"),
+        ("CNC_NO_INPUT=banana cnc bus", 2, "CNC_NO_INPUT (--no-input)': 1, true, yes or on is"),
+        ("CNC_DIALECT=fanuk cnc interpret part.nc", 2, "'fanuc'"),
+        ("CNC_MACHNE=router cnc ports", 0, "nothing reads CNC_MACHNE; did you mean CNC_MACHINE?"),
         ("cnc jog sim: A --by 1", 1, "it has X, Y, Z"),
         ("cnc home sim: ZA", 1, "it has X, Y, Z"),
         ("cnc send mil part.nc --yes", 3, "did you mean mill"),

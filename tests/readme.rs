@@ -1,12 +1,13 @@
 //! Runs every example of the manual: in a ```console block of README.md and docs/*.md, each line
 //! `$ command` must end with code 0, or with the one that a following `$ echo $?` shows, and
 //! print what stands below it. `…` stands for any text within a line, and alone for any lines.
+//! Lines of `cnc` in ```sh blocks must at least be understood.
 
 use std::fs;
-use std::io::{Write, stderr};
+use std::io::{BufRead, BufReader, Write, stderr};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// A command, the code it ends with, and what it prints on both streams, if the manual shows it.
 struct Example {
@@ -60,6 +61,15 @@ fn is_line_like(shown: &str, line: &str) -> bool {
     ends.into_iter().any(|at| is_line_like(after, &rest[at..]))
 }
 
+/// `planning: 43 %, 0:12 left`, `comparing: 0:11 so far`: a slow computer says so, a fast one does not.
+fn is_progress(line: &str) -> bool {
+    let is_time = |time: &str| time.split(':').all(|part| part.parse::<u32>().is_ok());
+    let told = line.split_once(": ").map_or("", |(_, told)| told);
+    let time = told.strip_suffix(" so far");
+    let time = time.or_else(|| Some(told.strip_suffix(" left")?.split_once(" %, ")?.1));
+    time.is_some_and(is_time)
+}
+
 /// A folder to run in, with the samples in it and `cnc` on the path.
 fn playground() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
@@ -69,11 +79,6 @@ fn playground() -> (tempfile::TempDir, String) {
     let path = std::env::var("PATH").unwrap_or_default();
     let path = format!("{}:{path}", program.parent().unwrap().display());
     (folder, path)
-}
-
-/// Whether a line tells how far a computation is, which a busy computer does where others have ended.
-fn tells_progress(line: &str) -> bool {
-    line.ends_with(" so far") || (line.contains(" %, ") && line.ends_with(" left"))
 }
 
 fn check(file: &Path) -> usize {
@@ -88,13 +93,13 @@ fn check(file: &Path) -> usize {
             .env_remove("CNC_MACHINE")
             .env("XDG_STATE_HOME", folder.path())
             .env("XDG_CONFIG_HOME", folder.path())
-            .stdin(std::process::Stdio::null())
+            .stdin(Stdio::null())
             .output()
             .unwrap();
         let printed = String::from_utf8(output.stdout).unwrap();
         let place = format!("{}:{}: {}", file.display(), example.line, example.command);
         assert_eq!(output.status.code(), Some(example.code), "{place}\n{printed}");
-        let lines = printed.lines().map(str::trim_end).filter(|line| !tells_progress(line));
+        let lines = printed.lines().map(str::trim_end).filter(|line| !is_progress(line));
         let lines: Vec<&str> = lines.collect();
         let shown = &example.output;
         assert!(
@@ -162,6 +167,73 @@ fn dumps_are_read_by_pandas_and_gnuplot_as_shown() {
     }
 }
 
+/// Lines of `cnc` in ```sh blocks: these need a machine, a second terminal or a home of one's own.
+fn shell_lines(text: &str) -> Vec<String> {
+    let mut in_shell = false;
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        if line.starts_with("```") {
+            in_shell = line == "```sh";
+        } else if in_shell {
+            let line = line.replace("cargo run --release --", "cnc");
+            lines.extend(
+                ["cnc ", "mkdir "].iter().any(|first| line.starts_with(first)).then_some(line),
+            );
+        }
+    }
+    lines
+}
+
+/// Nodes run until they are stopped: it is enough that they begin.
+fn begins(line: &str, folder: &Path) {
+    let mut node = Command::new(env!("CARGO_BIN_EXE_cnc"));
+    node.args(line.split(' ').skip(1)).current_dir(folder).env_remove("CNC_MACHINE");
+    node.stdin(Stdio::null()).stdout(Stdio::piped());
+    let mut child = node.spawn().unwrap();
+    let mut name = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut name).unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(name.starts_with("/dev/pts/"), "{line}: {name}");
+}
+
+#[test]
+fn what_the_manual_has_for_other_places_is_understood() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let pages = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    let mut tried = 0;
+    for file in pages.chain([root.join("README.md")]) {
+        let (folder, path) = playground();
+        for line in shell_lines(&fs::read_to_string(&file).unwrap()) {
+            // No machine may move because of a test, and nothing outside of the folder changes.
+            let own = folder.path().display().to_string();
+            let line = line.replace("/dev/", "./no-").replace("/tmp", &own);
+            tried += 1;
+            if line.starts_with("cnc node") {
+                begins(&line, folder.path());
+                continue;
+            }
+            let output = Command::new("sh")
+                .args(["-c", &format!("exec 2>&1\n{line}")])
+                .current_dir(folder.path())
+                .env("PATH", &path)
+                .env_remove("CNC_MACHINE")
+                .envs(["HOME", "XDG_STATE_HOME", "XDG_CONFIG_HOME"].map(|name| (name, &own)))
+                .stdin(Stdio::null())
+                .output()
+                .unwrap();
+            let printed = String::from_utf8_lossy(&output.stdout);
+            let place = format!("{}: {line}: {printed}", file.display());
+            let is_elsewhere = line.contains("./no-") || line.contains(&own);
+            assert!(is_elsewhere || output.status.success(), "{place}");
+            let is_refused = ["try '--help'", "has no effect"].map(|say| printed.contains(say));
+            assert_eq!(is_refused, [false; 2], "{place}");
+        }
+    }
+    assert!(tried > 8, "{tried} lines tried");
+}
+
 #[test]
 fn links_of_the_manual_lead_somewhere() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -196,6 +268,8 @@ fn shown_output_is_compared_with_its_gaps() {
     assert!(is_like(&shown(&["…"]), &[]));
     assert!(!is_like(&shown(&["a … c"]), &["a b d"]));
     assert!(!is_like(&shown(&["a"]), &["a", "b"]));
+    assert!(is_progress("comparing: 0:11 so far") && is_progress("planning: 43 %, 1:00:12 left"));
+    assert!(!is_progress("line 3: 5 %, no time left") && !is_progress("so far"));
     let found = examples("```console\n$ cnc a\nout\n$ echo $?\n1\n$ cnc b\n```\n$ no\n");
     assert_eq!(found.len(), 2);
     assert_eq!((found[0].code, found[0].output.as_slice()), (1, shown(&["out"]).as_slice()));

@@ -130,7 +130,7 @@ fn what_does_not_fit_is_refused() {
 fn a_trace_that_cannot_be_written_is_told_and_the_job_goes_on() {
     let folder = Folder::new();
     let send = |trace: &str| folder.cnc(&["send", "sim:", "part.nc", "--trace", trace]);
-    check(&send("none/t.jsonl"), 2, &["trace none/t.jsonl"]);
+    check(&send("none/t.jsonl"), 2, &["none/t.jsonl cannot be written: there is no folder none"]);
     check(&send("/dev/full"), 2, &["trace /dev/full", "No space left"]);
     // Files may have two blocks, and to exceed that is an error like a full disk.
     let limited = format!(

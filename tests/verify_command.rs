@@ -54,6 +54,23 @@ impl Bench {
     }
 }
 
+#[test]
+fn where_nothing_moves_there_is_no_place() {
+    let bench = Bench::new();
+    fs::write(bench.file("rest.nc"), "M5\nM30\n").unwrap();
+    let mut command = Command::cargo_bin("cnc").unwrap();
+    command.args(["verify", "rest.nc", "--json", "-q"]).env_remove("CNC_MACHINE");
+    let output = command.current_dir(bench.folder.path()).output().unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&found["verdict"], &found["worst"]), (&Value::from("pass"), &Value::Null));
+    assert!(found["limits"].as_array().unwrap().iter().all(|check| check.get("at").is_none()));
+    // A dump of another tool does not say its lines.
+    fs::write(bench.file("p.csv"), "X,Y,Z\n1,1,0\n0,0,0\n").unwrap();
+    let found: Value = serde_json::from_str(&bench.run(&["--unsealed", "--json"]).1).unwrap();
+    let speed = found["limits"].as_array().unwrap().iter().find(|check| check["check"] == "speed");
+    assert_eq!(speed.unwrap()["at"]["line"], Value::Null);
+}
+
 fn dump(machine: &str, encoding: Encoding) -> Vec<u8> {
     let machine = Machine::load(machine).unwrap();
     let source = Source::memory("p.nc", PROGRAM.as_bytes());
@@ -134,7 +151,10 @@ fn what_was_changed_is_refused_with_its_reason() {
         let bench = Bench::new();
         bench.change(from, to);
         bench.check_refused(&[], 1, reason);
-        bench.check_refused(&["--json"], 1, reason);
+        let (code, out, _) = bench.run(&["--json"]);
+        let told: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!((code, &told["result"]), (1, &Value::from("error")), "{out}");
+        assert!(told["error"].as_str().unwrap().contains(reason), "{out}");
     }
     let bench = Bench::new();
     fs::write(bench.file("p.csv"), dump("starmill", Encoding::Bytes)).unwrap();

@@ -21,11 +21,20 @@ if ! parallel --version 2>/dev/null | grep -q '^GNU parallel'; then
     echo "$0: GNU parallel is needed: apt-get install parallel" >&2
     exit 2
 fi
-hosts=$1
-folder=${2%/}
-results=$3
+# A name that begins with - is no option.
+named() {
+    case $1 in -*) printf './%s' "$1" ;; *) printf '%s' "$1" ;; esac
+}
+hosts=$(named "$1")
+folder=$(named "${2%/}")
+results=$(named "$3")
 shift 3
 CNC=${CNC:-cnc}
+
+if ! command -v "$CNC" >/dev/null; then
+    echo "$0: there is no program $CNC: CNC names cnc, which without it is looked for on the PATH" >&2
+    exit 2
+fi
 
 if ! grep -q '[^[:space:]]' "$hosts"; then
     echo "$0: $hosts names no computer: : is this one" >&2
@@ -33,6 +42,11 @@ if ! grep -q '[^[:space:]]' "$hosts"; then
 fi
 if [ -e "$results" ]; then
     echo "$0: $results is there already: results of two runs are not mixed" >&2
+    exit 2
+fi
+if [ -n "$(find "$folder" -name '*
+*' -print -quit)" ]; then
+    echo "$0: a name below $folder has a line break in it: lists of programs have a name a line" >&2
     exit 2
 fi
 mkdir -p "$results/programs"

@@ -15,8 +15,7 @@ mod written;
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -26,6 +25,7 @@ pub use self::hooks::{HOOK_TIMEOUT_S, Hook, Hooks, NoValue, Occasion, Trigger};
 pub use self::plc::PlcProfile;
 pub use self::timing::{ANSWER_PAUSE_US, BufferTime, LISTEN_US, SPI_US};
 pub use self::written::{Written, written};
+use crate::base::source::small_text;
 use crate::base::{Axis, AxisMap, Point};
 
 /// The profile used when none is named.
@@ -298,7 +298,7 @@ impl Machine {
     /// When there is no such file, it cannot be read, or it is wrong.
     pub fn open(file: &str) -> Result<Machine, ProfileError> {
         let path = Path::new(file);
-        let text = read(path).map_err(|reason| match reason.kind() {
+        let text = small_text(path, FILE_MIB_MAX).map_err(|reason| match reason.kind() {
             io::ErrorKind::NotFound => ProfileError::NotFound { name: file.to_owned() },
             _ => ProfileError::Unreadable { file: file.to_owned(), reason },
         })?;
@@ -313,7 +313,7 @@ impl Machine {
     pub fn text(name_or_file: &str) -> io::Result<String> {
         match BUILT_IN.iter().find(|(id, _)| *id == name_or_file) {
             Some((_, text)) => Ok((*text).to_owned()),
-            None => read(Path::new(name_or_file)),
+            None => small_text(Path::new(name_or_file), FILE_MIB_MAX),
         }
     }
 
@@ -408,6 +408,12 @@ impl Machine {
         self.axes.iter().find(|profile| profile.axis == axis)
     }
 
+    /// The axes that it has, for a message: `X, Y, Z`.
+    pub fn axis_names(&self) -> String {
+        let names: Vec<String> = self.axes.iter().map(|profile| profile.axis.to_string()).collect();
+        names.join(", ")
+    }
+
     /// Nearest motor step to a machine position, on each axis; 0 on axes the machine lacks. A
     /// position half way between two steps goes to the even one.
     pub fn nearest_steps(&self, position_mm: &Point) -> AxisMap<i64> {
@@ -438,17 +444,8 @@ impl Machine {
     }
 }
 
-/// A profile of more than 1 MiB is some other file.
-const FILE_MAX_BYTES: u64 = 1 << 20;
-
-fn read(path: &Path) -> io::Result<String> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(FILE_MAX_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > FILE_MAX_BYTES {
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "no profile is this large"));
-    }
-    super::source::as_text(bytes)
-}
+/// A larger profile is some other file.
+const FILE_MIB_MAX: u64 = 1;
 
 impl fmt::Display for Machine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,7 +1,7 @@
 //! Where a text comes from: a file, standard input spooled to one, or memory; readable twice.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::sync::Arc;
@@ -13,6 +13,12 @@ pub struct Source {
     bytes: Bytes,
     watch: Option<Arc<dyn Watch>>,
 }
+
+/// Most that is kept of a stream, as standard input.
+pub const SPOOL_BYTES_MAX: usize = 2 << 30;
+/// Most that is kept of a line of it: no line of a program, a dump or a trace comes near.
+pub const SPOOL_LINE_BYTES_MAX: usize = 1 << 20;
+const SPOOL_CHUNK_BYTES: usize = 64 * 1024;
 
 /// Looks on while a source is read.
 pub trait Watch: std::fmt::Debug + Send + Sync {
@@ -54,6 +60,36 @@ pub fn as_text(bytes: Vec<u8>) -> io::Result<String> {
     })
 }
 
+/// Reads a text that is small by its nature, as a profile or a table of tools.
+///
+/// # Errors
+/// When it cannot be read, is larger than `mib_max` MiB, or is no UTF-8.
+pub fn small_text(path: &Path, mib_max: u64) -> io::Result<String> {
+    let bytes_max = mib_max << 20;
+    let mut bytes = Vec::new();
+    File::open(path)?.take(bytes_max + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > bytes_max {
+        return Err(too_large(format!("is larger than {mib_max} MiB, which no such file is")));
+    }
+    as_text(bytes)
+}
+
+/// An unlinked file in the folder for temporary ones.
+///
+/// # Errors
+/// Names that folder.
+pub fn temporary_file() -> io::Result<File> {
+    tempfile::tempfile().map_err(|error| {
+        let folder = std::env::temp_dir();
+        let reason = format!("no temporary file in {} (TMPDIR): {error}", shown(&folder));
+        io::Error::new(error.kind(), reason)
+    })
+}
+
+fn too_large(reason: String) -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, reason)
+}
+
 #[derive(Clone, Debug)]
 enum Bytes {
     File(Arc<File>),
@@ -80,13 +116,40 @@ impl Source {
         }
     }
 
-    /// Keeps all that a stream brings in an unlinked temporary file.
+    /// Keeps all that a stream brings in an unlinked temporary file. One that has no end is given up.
     ///
     /// # Errors
-    /// When the stream cannot be read or the temporary file cannot be written.
+    /// When the stream cannot be read or the temporary file cannot be written, when so much comes without the
+    /// end of a line that it is no text ([`SPOOL_LINE_BYTES_MAX`]), or more than [`SPOOL_BYTES_MAX`].
     pub fn spool(name: &str, mut stream: impl Read) -> io::Result<Source> {
-        let mut file = tempfile::tempfile()?;
-        io::copy(&mut stream, &mut file)?;
+        let mut file = temporary_file()?;
+        let mut buffer = vec![0; SPOOL_CHUNK_BYTES];
+        let (mut bytes, mut line_bytes) = (0, 0);
+        loop {
+            let chunk = match stream.read(&mut buffer) {
+                Ok(0) => break,
+                Ok(count) => &buffer[..count],
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error),
+            };
+            file.write_all(chunk)?;
+            bytes += chunk.len();
+            line_bytes = match memchr::memrchr2(b'\n', b'\r', chunk) {
+                Some(end) => chunk.len() - end,
+                None => line_bytes + chunk.len(),
+            };
+            if line_bytes > SPOOL_LINE_BYTES_MAX {
+                let mib = SPOOL_LINE_BYTES_MAX >> 20;
+                return Err(too_large(format!(
+                    "{mib} MiB without the end of a line: this is no text"
+                )));
+            }
+            if bytes > SPOOL_BYTES_MAX {
+                let gib = SPOOL_BYTES_MAX >> 30;
+                let reason = format!("more than {gib} GiB come: what is so long has to be a file");
+                return Err(too_large(reason));
+            }
+        }
         let bytes = Bytes::File(Arc::new(file));
         Ok(Source { name: name.to_owned(), bytes, watch: None })
     }
@@ -165,6 +228,16 @@ impl Read for SourceReader {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stream_that_is_no_text_is_given_up() {
+        let error = Source::spool("zeros", io::repeat(0)).unwrap_err();
+        assert_eq!(error.to_string(), "1 MiB without the end of a line: this is no text");
+        let lines = io::Cursor::new(vec![b'\n'; 3 << 20]);
+        assert_eq!(Source::spool("lines", lines).unwrap().length().unwrap(), 3 << 20);
+        let error = small_text(Path::new("/dev/zero"), 1).unwrap_err();
+        assert_eq!(error.to_string(), "is larger than 1 MiB, which no such file is");
+    }
 
     #[test]
     fn bytes_that_are_no_text_are_named() {

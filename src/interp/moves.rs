@@ -262,10 +262,18 @@ impl Executor<'_> {
 
     #[cold]
     fn miss_axis(&self, word: &Word, faults: &mut Vec<Fault>) {
-        let (id, axis) = (&self.machine.id, char::from(word.letter));
-        let message = format!("{word}: the machine {id} has no {axis} axis");
+        let (id, axis, has) =
+            (&self.machine.id, char::from(word.letter), self.machine.axis_names());
+        let message = format!("{word}: the machine {id} has no {axis} axis: it has {has}");
         let fault = Fault::word(&rules::MISSING_AXIS, word, message);
-        faults.push(fault.help("leave the word out, or take another machine (--machine)"));
+        let is_distance = matches!(word.letter, b'U' | b'W') && self.dialect.lathe().is_none();
+        faults.push(fault.help(match is_distance {
+            true => {
+                "on lathes U and W are X and Z by distances: --dialect fanuc-lathe; else leave the word out, \
+                 or take another machine (--machine)"
+            }
+            false => "leave the word out, or take another machine (--machine)",
+        }));
     }
 
     /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.

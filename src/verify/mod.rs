@@ -155,6 +155,9 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
     limits.extend(feed.map(|window| feed_check(&window)));
     limits.extend(contour.matched.iter().flat_map(|matched| matched.others.iter().cloned()));
     limits.extend(walk.checks);
+    for check in &mut limits {
+        check.at = check.at.filter(|at| !at.is_nowhere(walk.ticks));
+    }
     let failed = limits.iter().filter(|check| check.verdict == Verdict::Fail);
     let failures: Vec<String> = failed.map(Check::to_string).collect();
     let shown = |axis: &Axis| {
@@ -165,6 +168,10 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
     let axes = || setup.machine.axes.iter().map(|profile| profile.axis).filter(shown);
     let end_error = |axis: Axis| walk.end_steps[axis].saturating_sub(walk.path_end_steps[axis]);
     let matched = contour.matched.as_ref();
+    let worst = contour.worst.or_else(|| {
+        let block = matched?.worst_blocks.first()?;
+        Some(Place { tick: block.tick, line: block.line })
+    });
     Report {
         schema: 1,
         verdict: if failures.is_empty() { Verdict::Pass } else { Verdict::Fail },
@@ -172,10 +179,7 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
         max_contour_error_mm: six_digits(contour.max_mm),
         max_contour_error_is_lower_bound: contour.more,
         rms_contour_error_mm: matched.map(|matched| six_digits(matched.rms_mm)),
-        worst: contour.worst.or_else(|| {
-            let block = matched?.worst_blocks.first()?;
-            Some(Place { tick: block.tick, line: block.line })
-        }),
+        worst: worst.filter(|at| !at.is_nowhere(walk.ticks)),
         worst_blocks: matched.map(|matched| matched.worst_blocks.clone()).unwrap_or_default(),
         end_error_steps: axes().map(|axis| (axis, end_error(axis))).collect(),
         ticks: walk.ticks,

@@ -63,8 +63,16 @@ pub enum Verdict {
 pub struct Place {
     /// The tick, from 0.
     pub tick: u64,
-    /// Line of the NC program, from 1; 0 if unknown.
+    /// Line of the NC program, from 1; 0 if unknown, which is null in JSON.
+    #[serde(serialize_with = "known")]
     pub line: u32,
+}
+
+impl Place {
+    /// None of a job of so many ticks: it has no motion, and the place is no line's.
+    pub(super) fn is_nowhere(&self, ticks: u64) -> bool {
+        ticks == 0 && self.line == 0
+    }
 }
 
 impl From<Death> for Place {
@@ -135,6 +143,10 @@ impl fmt::Display for Check {
         write!(f, ", allowed {}", six_digits(self.limit))?;
         self.note.as_ref().map_or(Ok(()), |note| write!(f, "; {note}"))
     }
+}
+
+fn known<S: serde::Serializer>(line: &u32, to: S) -> Result<S::Ok, S::Error> {
+    Some(*line).filter(|line| *line > 0).serialize(to)
 }
 
 fn rounded<S: serde::Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {

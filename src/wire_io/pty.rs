@@ -50,6 +50,10 @@ impl Pty {
             if link.is_symlink() {
                 std::fs::remove_file(link)?;
             }
+            if link.symlink_metadata().is_ok() {
+                let reason = "something else has that name: take another, or take it away";
+                return Err(io::Error::new(io::ErrorKind::AlreadyExists, reason));
+            }
             std::os::unix::fs::symlink(&name, link)?;
         }
         Ok(Pty { near, name, link: link.map(Path::to_owned) })

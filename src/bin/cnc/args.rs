@@ -4,20 +4,19 @@
 use std::collections::BTreeSet;
 
 use anyhow::anyhow;
-use clap::builder::FalseyValueParser;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use cnc::base::{Config, config::Setting};
 
 use crate::exit::Failure;
-use crate::{cmd, config, examples};
+use crate::{cmd, config, environment, examples, refusal};
 
 /// `--help`: what it is, how it is used, and then all of it.
 const HELP: &str =
     "{about-with-newline}\n{before-help}{usage-heading} {usage}\n\n{all-args}{after-help}";
 
-/// Turns NC programs into synchronised steps for machine tools with distributed axis controllers,
-/// proves them right, and sends them over the serial bus
+/// Turn NC programs into synchronised steps for machine tools with distributed axis controllers,
+/// prove them right, and send them over the serial bus
 #[derive(Debug, Parser)]
 #[command(name = "cnc", version, arg_required_else_help = true, after_help = examples::CODES)]
 pub struct Args {
@@ -46,7 +45,7 @@ pub struct Global {
     #[arg(long, global = true, value_enum, env = "CNC_COLOR", hide_env = true, default_value_t = ColorChoice::Auto, value_name = "WHEN")]
     pub color: ColorChoice,
     /// Never ask anything
-    #[arg(long, global = true, env = "CNC_NO_INPUT", hide_env = true, value_parser = FalseyValueParser::new())]
+    #[arg(long, global = true, env = "CNC_NO_INPUT", hide_env = true, value_parser = yes_or_no)]
     pub no_input: bool,
     /// Print at most this many errors of a program; all are counted
     #[arg(
@@ -61,6 +60,9 @@ pub struct Global {
     /// What `cnc.toml` says.
     #[arg(skip)]
     pub config: Config,
+    /// Why the user's own says nothing, though it may be there.
+    #[arg(skip)]
+    pub config_unread: Option<String>,
     /// Long names of the options that stand on the command line.
     #[arg(skip)]
     pub given: BTreeSet<String>,
@@ -115,18 +117,59 @@ pub enum Command {
     Man(cmd::man::Args),
 }
 
+/// A variable or a key that says yes or no.
+fn yes_or_no(text: &str) -> Result<bool, String> {
+    match text.to_ascii_lowercase().as_str() {
+        "1" | "true" | "yes" | "y" | "on" => Ok(true),
+        "0" | "false" | "no" | "n" | "off" => Ok(false),
+        _ => Err("1, true, yes or on is expected, or 0, false, no or off".to_owned()),
+    }
+}
+
 /// Reads the command line, what it leaves open from the environment, and the rest from `cnc.toml`.
 /// Help and mistakes end the process here.
 pub fn parse() -> Result<Args, Failure> {
-    let read = |matches: &ArgMatches| Args::from_arg_matches(matches).unwrap_or_else(|e| e.exit());
-    let said = command().get_matches();
-    let config = config::load(&read(&said).global)?;
-    let matches = with_defaults(command(), &config).get_matches();
-    let mut args = read(&matches);
+    let command = environment::without_empty(command());
+    let said = read(&command).1;
+    let (config, unread) = config::load(&said.global)?;
+    if !said.global.quiet {
+        environment::warn(&command);
+        unread
+            .iter()
+            .for_each(|reason| say!("warning: the user's own configuration is not read: {reason}"));
+    }
+    let command = with_defaults(command, &config);
+    let (matches, mut args) = read(&command);
     args.global.machine_chosen_by = chosen_by(&matches, "machine", &config);
-    args.global.given = given(&command(), &matches);
+    args.global.given = given(&command, &matches);
     args.global.config = config;
+    args.global.config_unread = unread;
     Ok(args)
+}
+
+fn read(command: &clap::Command) -> (ArgMatches, Args) {
+    let matches = command.clone().try_get_matches();
+    let matches = matches.unwrap_or_else(|error| end(environment::blamed(error, command)));
+    let args = Args::from_arg_matches(&matches).unwrap_or_else(|error| end(error));
+    (matches, args)
+}
+
+/// Prints help, or what is wrong with the command line, and ends the process.
+fn end(error: clap::Error) -> ! {
+    if error.use_stderr() && wants_json() {
+        let said = error.render().to_string();
+        let first = said.split("\n\n").next().unwrap_or_default();
+        let words: Vec<&str> =
+            first.split_whitespace().skip_while(|word| *word == "error:").collect();
+        refusal::print(2, &words.join(" "), &[]);
+    }
+    error.exit()
+}
+
+/// Whether results are wanted as JSON: known even where the rest of the command line makes no sense.
+pub fn wants_json() -> bool {
+    let mut options = std::env::args_os().skip(1).take_while(|argument| argument != "--");
+    options.any(|argument| argument == "--json")
 }
 
 /// The command line, with examples first in every help, and numbers below zero as values of options.

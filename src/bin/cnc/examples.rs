@@ -28,8 +28,10 @@ Exit codes:
   3    the port, the bus or a node failed; the job did not finish
   130  interrupted
 
-FILE may be - (standard input). Results go to standard output, messages to standard error. Defaults of
-options may stand in the environment (CNC_MACHINE, …) and in cnc.toml (docs/configuration.md).";
+FILE may be - (standard input).
+Results go to standard output, messages to standard error.
+Defaults of options may stand in the environment (CNC_MACHINE, …) and in
+cnc.toml (docs/configuration.md).";
 
 /// The examples of a command, by its name; a subcommand of one is named with it.
 pub fn of(command: &str) -> Option<&'static str> {
@@ -97,7 +99,9 @@ const PLOT: &str = "  cnc plot part.nc -o part.svg               the path from f
   cnc plot part.nc --curve speed -o speed.svg  what the axes do over time
   cnc plot part.csv -o part.svg              the path of a dump";
 
-const REPORT: &str = "  cnc report part.nc -o part.html            all about it on one page";
+const REPORT: &str = "  cnc report part.nc -o part.html            all about it on one page
+  cnc report part.nc --json > part.json      the same for scripts, and for --merge
+  cnc report --merge part.json -o all.html   results of many programs on one page";
 
 const SEND: &str =
     "  cnc send sim: part.nc                      run it on simulated nodes, in no time

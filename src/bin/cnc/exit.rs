@@ -4,6 +4,7 @@ use std::io;
 use std::process::ExitCode;
 
 use crate::meter::Interrupted;
+use crate::refusal;
 
 /// A command that ran to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,21 +58,39 @@ impl<T, E: Into<anyhow::Error>> ExitWith<T> for Result<T, E> {
     }
 }
 
-/// Says what stopped a command and gives the process its exit code. A reader of our standard
-/// output that went away (`| head`) is no failure; a peer on the bus that did so is one.
-pub fn code(outcome: Outcome) -> ExitCode {
-    match outcome {
-        Ok(exit) => ExitCode::from(exit as u8),
-        Err(failure) if failure.code == 2 && is_broken_pipe(&failure.error) => ExitCode::SUCCESS,
-        Err(failure) if failure.error.chain().any(Interrupted::is_in) => {
-            say!("error: interrupted");
-            ExitCode::from(Exit::Interrupted as u8)
-        }
-        Err(failure) => {
-            say!("error: {:#}", failure.error);
-            ExitCode::from(failure.code)
-        }
+/// Says what stopped a command, as JSON too if that is wanted, and gives the process its exit code. A
+/// reader of our standard output that went away (`| head`) is no failure; a peer on the bus that did so
+/// is one.
+pub fn code(outcome: Outcome, as_json: bool) -> ExitCode {
+    let failure = match outcome {
+        Ok(exit) => return ExitCode::from(exit as u8),
+        Err(failure) => failure,
+    };
+    if failure.code == 2 && is_broken_pipe(&failure.error) {
+        return ExitCode::SUCCESS;
     }
+    let (code, message) = match failure.error.chain().any(Interrupted::is_in) {
+        true => (Exit::Interrupted as u8, "interrupted".to_owned()),
+        false => (failure.code, told(&failure.error)),
+    };
+    if !refusal::is_told(&failure.error) {
+        say!("error: {message}");
+    }
+    if as_json {
+        refusal::print(code, &message, refusal::errors(&failure.error));
+    }
+    ExitCode::from(code)
+}
+
+/// Why, with its causes; without the system's numbers, whose words say the same.
+pub fn told(error: &anyhow::Error) -> String {
+    let text = format!("{error:#}");
+    let mut parts = text.split(" (os error ");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |told, part| match part.split_once(')') {
+        Some((number, rest)) if number.bytes().all(|byte| byte.is_ascii_digit()) => told + rest,
+        _ => told + " (os error " + part,
+    })
 }
 
 /// A result that nobody reads to its end is no failure, and the verdict stands.
@@ -88,4 +107,16 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
             .downcast_ref::<io::Error>()
             .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_the_system_are_not_told() {
+        let number = io::Error::from_raw_os_error(2);
+        let error = anyhow::Error::new(number).context("a (os error x).nc");
+        assert_eq!(told(&error), "a (os error x).nc: No such file or directory");
+    }
 }

@@ -8,15 +8,19 @@ use std::sync::Mutex;
 use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
 use cnc::base::machine::{POSITION_MOST, ProfileError};
-use cnc::base::source::{as_text, shown};
+use cnc::base::source::{shown, small_text};
 use cnc::base::{Machine, Point, Source};
 use cnc::interp::{Checked, Tools};
 use cnc::tape::{self, Origin};
 use sha2::{Digest, Sha256};
 
-use crate::args::Global;
+use crate::args::{ChosenBy, Global};
 use crate::exit::{ExitWith, Failure};
-use crate::{meter, report};
+use crate::refusal::Refusal;
+use crate::{environment, meter, report};
+
+/// Largest table of tools or of materials.
+pub const TABLE_MIB_MAX: u64 = 16;
 
 /// Files that were opened to be read: device and number of each.
 static READ: Mutex<Vec<(u64, u64)>> = Mutex::new(Vec::new());
@@ -110,14 +114,21 @@ pub fn tools(file: Option<&Path>) -> anyhow::Result<(Tools, Option<Origin>)> {
     let Some(file) = file else { return Ok((Tools::default(), None)) };
     has_read(file);
     let name = shown(file);
-    let text = std::fs::read(file).and_then(as_text).with_context(|| name.clone())?;
+    let text = small_text(file, TABLE_MIB_MAX).with_context(|| name.clone())?;
     let tools = Tools::parse(&text).with_context(|| format!("tool table {name}"))?;
     Ok((tools, Some(Origin { name, sha256: Sha256::digest(&text).into() })))
 }
 
 /// Loads the profile that `--machine` names, and says its warnings.
 pub fn machine(global: &Global) -> anyhow::Result<Machine> {
-    profile(&global.machine, global)
+    if let (ChosenBy::Default, Some(reason)) = (&global.machine_chosen_by, &global.config_unread) {
+        return Err(anyhow!(
+            "the user's own configuration may name another machine than {}, and cannot be read: {reason}; \
+             say --machine",
+            global.machine
+        ));
+    }
+    environment::chosen(profile(&global.machine, global), global)
 }
 
 /// Loads a profile by name or from a file, and says its warnings.
@@ -132,8 +143,9 @@ pub fn profile(name_or_file: &str, global: &Global) -> anyhow::Result<Machine> {
 pub fn unusable(error: ProfileError, global: &Global) -> anyhow::Error {
     match error {
         ProfileError::Wrong { file, faults } => {
-            report::diagnostics(&file, &faults, global);
-            anyhow!("machine profile '{file}' cannot be used")
+            report::faults(&file, &faults, global);
+            let message = format!("machine profile '{file}' cannot be used");
+            Refusal::of_file(&file, &faults, message).into()
         }
         ProfileError::NotFound { .. } | ProfileError::Unreadable { .. } => error.into(),
     }

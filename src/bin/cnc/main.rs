@@ -17,6 +17,7 @@ macro_rules! say {
 mod args;
 mod cmd;
 mod config;
+mod environment;
 mod examples;
 mod exit;
 mod fixed;
@@ -32,6 +33,7 @@ mod port;
 mod program;
 mod progress;
 mod protocol;
+mod refusal;
 mod report;
 mod table;
 
@@ -40,7 +42,7 @@ use std::process::ExitCode;
 use crate::args::{Args, Command};
 
 fn main() -> ExitCode {
-    exit::code(args::parse().and_then(|args| run(&args)))
+    exit::code(args::parse().and_then(|args| run(&args)), args::wants_json())
 }
 
 fn run(args: &Args) -> exit::Outcome {
@@ -63,7 +65,7 @@ fn run(args: &Args) -> exit::Outcome {
         Command::Machine(args) => cmd::machine::run(args, global),
         Command::Bus(args) => cmd::bus::run(args, global),
         Command::Explain(args) => cmd::explain::run(args, global),
-        Command::Completions(args) => cmd::completions::run(args),
-        Command::Man(args) => cmd::man::run(args),
+        Command::Completions(args) => cmd::completions::run(args, global),
+        Command::Man(args) => cmd::man::run(args, global),
     }
 }

@@ -1,12 +1,13 @@
 //! Files that commands write: each appears whole or not at all.
 
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use tempfile::TempPath;
+use cnc::base::source::shown;
+use tempfile::{NamedTempFile, TempPath};
 
 use crate::exit::Failure;
 use crate::input;
@@ -52,9 +53,7 @@ impl WholeFile {
         let target = followed(path);
         let folder = folder_of(&target).with_context(context)?;
         let interrupts = Interrupts::watch()?;
-        let permissions = Permissions::from_mode(0o666);
-        let file = tempfile::Builder::new().permissions(permissions).tempfile_in(folder);
-        let (file, temporary) = file.with_context(context)?.into_parts();
+        let (file, temporary) = beside(folder).with_context(context)?.into_parts();
         let part = Part { file, path: path.to_owned(), interrupts: Some((interrupts, 0)) };
         Ok(WholeFile { part, place: Some((temporary, target)) })
     }
@@ -77,7 +76,7 @@ impl WholeFile {
         written?;
         if let Some((temporary, target)) = self.place {
             let context = || format!("{} cannot be written", path.display());
-            temporary.persist(target).with_context(context)?;
+            temporary.persist(target).map_err(|failed| failed.error).with_context(context)?;
         }
         Ok(())
     }
@@ -103,6 +102,31 @@ impl Write for Part {
     fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
     }
+}
+
+/// A temporary file in a folder. Its name, which nobody has given, is in no error.
+fn beside(folder: &Path) -> io::Result<NamedTempFile> {
+    let create = |path: &Path| {
+        OpenOptions::new().read(true).write(true).create_new(true).mode(0o666).open(path)
+    };
+    tempfile::Builder::new().make_in(folder, create)
+}
+
+/// Makes sure that files can be written before there is work to lose, and changes none. `None` and `-` are
+/// no files.
+pub fn check_writable(outputs: &[Option<&Path>]) -> anyhow::Result<()> {
+    let files = outputs.iter().flatten().filter(|file| **file != Path::new("-"));
+    files.into_iter().try_for_each(|file| {
+        let writable = match file.metadata() {
+            Ok(data) if data.is_dir() => Err(anyhow!("it is a folder")),
+            Ok(data) if data.is_file() => {
+                Ok(OpenOptions::new().write(true).open(file).map(drop)?)
+            }
+            Ok(_) => Ok(()),
+            Err(_) => folder_of(&followed(file)).and_then(|folder| Ok(beside(folder).map(drop)?)),
+        };
+        writable.with_context(|| format!("{} cannot be written", shown(file)))
+    })
 }
 
 /// The folder that a file is to lie in, which has to be there.

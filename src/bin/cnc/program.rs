@@ -15,10 +15,11 @@ use cnc::tape::{Encoding, Header, Origin};
 use cnc::verify::{self, Setup};
 
 use crate::args::Global;
-use crate::exit::{Exit, Failure};
+use crate::exit::{ExitWith, Failure};
 use crate::input::{FeedOverride, Start};
 use crate::language::LanguageArgs;
 use crate::meter::Pass;
+use crate::refusal::Refusal;
 use crate::{input, report};
 
 /// Options that change the motion of a job.
@@ -103,13 +104,9 @@ pub struct Program {
 }
 
 impl Program {
-    /// Checks a program whole and says what is wrong with it. A program with errors ends here:
-    /// all has been said then.
-    pub fn open(
-        file: &Path,
-        motion: &MotionArgs,
-        global: &Global,
-    ) -> Result<Result<Program, Exit>, Failure> {
+    /// Checks a program whole and says what is wrong with it. A program with errors is a failure, of
+    /// which all has been said.
+    pub fn open(file: &Path, motion: &MotionArgs, global: &Global) -> Result<Program, Failure> {
         let machine = input::machine(global)?;
         let source = input::program(file)?;
         Program::check(file, source, machine, motion, global)
@@ -122,7 +119,7 @@ impl Program {
         machine: Machine,
         motion: &MotionArgs,
         global: &Global,
-    ) -> Result<Result<Program, Exit>, Failure> {
+    ) -> Result<Program, Failure> {
         let options = motion.language.options(file);
         Program::check_with(options, source, machine, motion, global)
     }
@@ -133,7 +130,7 @@ impl Program {
         machine: Machine,
         motion: &MotionArgs,
         global: &Global,
-    ) -> Result<Result<Program, Exit>, Failure> {
+    ) -> Result<Program, Failure> {
         let source = Source::memory("<typed>", blocks.join("\n").into_bytes());
         let options = interp::Options { typed: true, ..motion.language.options(Path::new("-")) };
         Program::check_with(options, source, machine, motion, global)
@@ -145,10 +142,13 @@ impl Program {
         machine: Machine,
         motion: &MotionArgs,
         global: &Global,
-    ) -> Result<Result<Program, Exit>, Failure> {
+    ) -> Result<Program, Failure> {
         let program = Program::judge_with(options, source, machine, motion, global)?;
         report::checked(program.source.name(), &program.checked, global);
-        Ok(if program.checked.errors > 0 { Err(Exit::BadInput) } else { Ok(program) })
+        if program.checked.errors == 0 {
+            return Ok(program);
+        }
+        Err(Refusal::of_program(program.source.name(), &program.checked)).or_bad_input()
     }
 
     /// Checks a program whole and says nothing: [`Program::checked`] tells whether it has errors, and then

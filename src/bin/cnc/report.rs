@@ -28,6 +28,18 @@ pub fn diagnostics<'a>(
     }
 }
 
+/// Faults of a profile or a configuration that are drawn: what else is wrong mostly follows from them.
+const FAULTS_MAX: usize = 20;
+
+/// Draws what is wrong with a profile or a configuration, and says how much more there is.
+pub fn faults(file: &str, faults: &[Diagnostic], global: &Global) {
+    diagnostics(file, faults.iter().take(FAULTS_MAX), global);
+    let more = faults.len().saturating_sub(FAULTS_MAX);
+    if more > 0 {
+        say!("{file}: and {}", count(more as u64, "more fault"));
+    }
+}
+
 /// Says what a check of a program found, and how much of it.
 pub fn checked(source_name: &str, checked: &Checked, global: &Global) {
     diagnostics(source_name, &checked.diagnostics, global);

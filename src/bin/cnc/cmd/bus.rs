@@ -28,7 +28,7 @@ use crate::{input, output};
 /// Most rows of a table: what a command answers at once.
 const ROWS_MOST: usize = 100_000;
 
-/// What a bus carries, and whether it keeps up with a program
+/// Tell what a bus carries, and whether it keeps up with a program
 ///
 /// Without a program: cycle, fill and sync times, time left for computing and nodes possible, for
 /// each interface. With one: whether each interface can tell the axes of every block in time.

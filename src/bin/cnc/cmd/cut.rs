@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use cnc::base::likeness::nearest;
 use cnc::base::machine::Spindle;
+use cnc::base::source::small_text;
 use cnc::base::{Axis, EventKind};
 use cnc::path::{PathItem, Segment};
 use cnc::systems::axes_speed_mm_s;
@@ -15,7 +16,8 @@ use cnc::systems::cutting::table::{Entry, MATERIALS, TOOLS, entry, names};
 use cnc::systems::cutting::{Cut, Load, Material, Tool};
 
 use crate::args::Global;
-use crate::exit::{Exit, Failure, Outcome, unless_unread};
+use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
+use crate::input::TABLE_MIB_MAX;
 use crate::program::{FeedMode, MotionArgs, Program};
 
 /// Hold the feeds of a program against the power of the spindle
@@ -53,23 +55,16 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     }
     let (tool_name, tool) = named::<Tool>(&args.tool, TOOLS, "tool")?;
     let (material_name, material) = named::<Material>(&args.material, MATERIALS, "material")?;
-    let program = match Program::open(&args.file, &args.motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program = Program::open(&args.file, &args.motion, global)?;
     let Some(spindle) = program.machine.spindle else {
         let id = &program.machine.id;
         return Err(anyhow!("the profile {id} has no [spindle]: its power is not known").into());
     };
     let cut = Cut::new(tool, material, args.depth, args.width, spindle.efficiency)?;
     let setup = Setup { tool_name, material_name, cut, spindle, rpm: args.rpm };
-    let rows = match rows(&program, &setup)? {
-        Ok(rows) => rows,
-        Err(reason) => {
-            say!("error: {}: {reason}", program.source.name());
-            return Ok(Exit::BadInput);
-        }
-    };
+    let rows = rows(&program, &setup)?
+        .map_err(|reason| anyhow!("{}: {reason}", program.source.name()))
+        .or_bad_input()?;
     let mut out = BufWriter::new(io::stdout().lock());
     let written = if global.json {
         table::document(&mut out, &setup, &rows)
@@ -100,7 +95,8 @@ fn named<T: Entry>(name: &str, built_in: &str, what: &str) -> Result<(String, T)
         )
         .into());
     }
-    let text = std::fs::read_to_string(file).with_context(|| format!("{what} {file}"))?;
+    let text =
+        small_text(Path::new(file), TABLE_MIB_MAX).with_context(|| format!("{what} {file}"))?;
     Ok(entry(&text, section).with_context(|| format!("{what} {file}"))?)
 }
 

@@ -47,14 +47,14 @@ enum Job {
 type Commands<'a> = Box<dyn Iterator<Item = anyhow::Result<Command>> + 'a>;
 
 impl Job {
-    fn open(file: &Path, args: &Args, global: &Global) -> Result<Result<Job, Exit>, Failure> {
+    fn open(file: &Path, args: &Args, global: &Global) -> Result<Job, Failure> {
         let source = input::source(file)?;
         if input::is_dump(&source)? {
-            return Ok(Ok(Job::Dump(source)));
+            return Ok(Job::Dump(source));
         }
         let machine = input::machine(global)?;
         let program = Program::check(file, source, machine, &args.motion, global)?;
-        Ok(program.map(|program| Job::Program(Box::new(program))))
+        Ok(Job::Program(Box::new(program)))
     }
 
     fn name(&self) -> &str {
@@ -108,10 +108,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     }
     let mut jobs = Vec::new();
     for file in [&args.first, &args.second] {
-        match Job::open(file, args, global)? {
-            Ok(job) => jobs.push(job),
-            Err(exit) => return Ok(exit),
-        }
+        jobs.push(Job::open(file, args, global)?);
     }
     let has_program = jobs.iter().any(|job| matches!(job, Job::Program(_)));
     if !has_program {
@@ -175,7 +172,10 @@ fn print(out: &mut impl Write, found: &Comparison, tolerance_mm: Option<f64>) ->
             write!(out, " at most, {:.4} less", found.max_distance_resolution_mm)?;
         }
         if let Some(worst) = &found.worst {
-            write!(out, " at tick {} of A, line {}", worst.tick, worst.line)?;
+            write!(out, " at tick {} of A", worst.tick)?;
+            if worst.line > 0 {
+                write!(out, ", line {}", worst.line)?;
+            }
         }
         match tolerance_mm {
             Some(tolerance_mm) => writeln!(out, " (tolerance {tolerance_mm} mm)")?,

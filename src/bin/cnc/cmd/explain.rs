@@ -43,6 +43,7 @@ const COLUMNS_MAX: usize = 72;
 const NAMES_MAX: usize = 9;
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    global.refuse(&["machine"], "rules and codes are those of every machine")?;
     let mut out = BufWriter::new(io::stdout().lock());
     let Some(name) = &args.name else {
         list(&mut out, global)?;

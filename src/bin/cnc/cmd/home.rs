@@ -11,7 +11,7 @@ use crate::exit::{ExitWith, Outcome};
 use crate::input::{self, Start};
 use crate::journal::Told;
 
-/// Sends axes to their home switches
+/// Send axes to their home switches
 ///
 /// One after another, in the profile's home_order, or Z first. The nodes do it by themselves, towards
 /// minus, at 80 steps a tick whatever the machine, and nothing stops them but their switches.

@@ -100,10 +100,7 @@ enum Encoding {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     args.check(global)?;
-    let program = match Program::open(&args.file, &args.motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program = Program::open(&args.file, &args.motion, global)?;
     if args.method != Method::C {
         return by_nodes(args, &program, global);
     }
@@ -175,7 +172,9 @@ impl Args {
             let why = "standard output takes the CSV; with -o FILE it takes the JSON";
             global.refuse(&["json"], why)?;
         }
-        output::check_distinct(&[file, self.svg.as_deref()])
+        let outputs = [file, self.svg.as_deref()];
+        output::check_distinct(&outputs)?;
+        output::check_writable(&outputs)
     }
 }
 

@@ -6,10 +6,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use cnc::base::{
-    Axis, AxisMap, CallSite, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline,
-};
-use cnc::gcode::rules;
+use cnc::base::{Axis, AxisMap, Diagnostic, Event, EventKind, Machine, Severity, Source, Spline};
 use cnc::interp::{self, Bound, Checked, Motion, Move, MoveKind, Options, Tools};
 
 use crate::args::Global;
@@ -20,7 +17,7 @@ use crate::many::judged::Judged;
 use crate::many::{Judge, ManyArgs};
 use crate::meter::{self, Pass};
 use crate::plural::count;
-use crate::{fixed, input, many, report};
+use crate::{fixed, input, many, refusal, report};
 
 /// Check an NC program and print what it means
 #[derive(Debug, clap::Args)]
@@ -77,7 +74,7 @@ fn many(
     args: &Args,
     global: &Global,
 ) -> Outcome {
-    let found = Found::of(files);
+    let found = Found::of(files)?;
     many::say_left_out(&found, global);
     let work = |entry: &Entry| {
         let mut judged = Judged::new(entry.path.clone());
@@ -112,7 +109,8 @@ fn one(file: &Path, machine: &Machine, tools: &Tools, args: &Args, global: &Glob
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     let as_json = |found: &&Diagnostic| global.json && found.severity == Severity::Error;
     let mut errors = checked.diagnostics.iter().filter(as_json);
-    let written = errors.try_for_each(|error| write_error(&mut out, error, &checked, None));
+    let written =
+        errors.try_for_each(|error| refusal::write_error(&mut out, error, &checked, None));
     unless_unread(written.and_then(|()| out.flush()))?;
     let drawn = checked.diagnostics.iter().filter(|found| !as_json(found));
     report::diagnostics(source.name(), drawn, global);
@@ -154,66 +152,6 @@ fn one(file: &Path, machine: &Machine, tools: &Tools, args: &Args, global: &Glob
     }
     listing.finish()?;
     Ok(Exit::Ok)
-}
-
-/// An error as `--json` prints it.
-#[derive(serde::Serialize)]
-struct ErrorLine<'a> {
-    r#type: &'static str,
-    rule: &'static str,
-    line: u32,
-    column: u32,
-    message: &'a str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    help: Option<&'a str>,
-    /// The calls that led there, outermost first.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    calls: Vec<CallLine<'a>>,
-    /// The file: of one program that of a subprogram, where it is not the program's own.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    file: Option<&'a str>,
-    /// Of an axis that leaves its travel: the least and the greatest shift of the part that makes it
-    /// fit, in mm or degrees; the first is greater than the last where the part is too large.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shift_mm: Option<[f64; 2]>,
-}
-
-/// Where a call was made.
-#[derive(serde::Serialize)]
-struct CallLine<'a> {
-    line: u32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    file: Option<&'a str>,
-}
-
-impl CallLine<'_> {
-    fn of(call: &CallSite) -> CallLine<'_> {
-        CallLine { line: call.line, file: call.file.as_deref() }
-    }
-}
-
-/// Writes an error as `--json` prints it; of one of many programs with the name of its file.
-pub fn write_error(
-    out: &mut impl Write,
-    diagnostic: &Diagnostic,
-    checked: &Checked,
-    program: Option<&str>,
-) -> io::Result<()> {
-    let of_rule =
-        |axis: &Axis| rules::limits(*axis).iter().any(|rule| rule.name == diagnostic.rule);
-    let axis = Axis::ALL.into_iter().find(of_rule);
-    let line = ErrorLine {
-        r#type: "error",
-        rule: diagnostic.rule,
-        line: diagnostic.span.line,
-        column: diagnostic.column(),
-        message: &diagnostic.message,
-        help: diagnostic.help.as_deref(),
-        calls: diagnostic.calls.iter().map(CallLine::of).collect(),
-        file: diagnostic.file.as_deref().or(program),
-        shift_mm: axis.and_then(|axis| checked.summary.shifts_mm[axis]),
-    };
-    writeln!(out, "{}", serde_json::to_string(&line)?)
 }
 
 fn write_summary(

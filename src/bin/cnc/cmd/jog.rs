@@ -17,7 +17,7 @@ use crate::input;
 use crate::interrupt::Interrupts;
 use crate::journal::Told;
 
-/// Moves one axis
+/// Move one axis
 ///
 /// Planned and sent as a program is: with ramps, within the axis's travel, tick by tick.
 #[derive(Debug, clap::Args)]

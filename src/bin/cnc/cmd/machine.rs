@@ -47,10 +47,19 @@ enum Action {
 pub fn run(args: &Args, global: &Global) -> Outcome {
     let mut out = io::stdout().lock();
     match &args.action {
-        Action::List => list(&mut out, global),
+        Action::List => {
+            global.refuse(&["machine"], "all profiles that are built in are listed")?;
+            list(&mut out, global)
+        }
         Action::Show { name, toml } => {
+            if name.is_some() {
+                global.refuse(&["machine"], "the profile to show is named already")?;
+            }
             let chosen = name.as_ref().unwrap_or(&global.machine);
-            let machine = input::profile(chosen, global)?;
+            let machine = match name {
+                Some(name) => input::profile(name, global),
+                None => input::machine(global),
+            }?;
             if *toml {
                 out.write_all(machine.to_toml().as_bytes())?;
             } else if global.json {
@@ -66,7 +75,10 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             out.flush()?;
             Ok(Exit::Ok)
         }
-        Action::Check { files } => check(&mut out, files, global),
+        Action::Check { files } => {
+            global.refuse(&["machine"], "the profiles to check are named already")?;
+            check(&mut out, files, global)
+        }
     }
 }
 

@@ -3,10 +3,11 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap_mangen::Man;
+use cnc::base::source::shown;
 
-use crate::args;
+use crate::args::{self, Global};
 use crate::exit::{Exit, Outcome, unless_unread};
 
 /// Print the manual page, or write a page for each command
@@ -17,9 +18,13 @@ pub struct Args {
     output: Option<PathBuf>,
 }
 
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &Args, global: &Global) -> Outcome {
+    global.refuse(&["json", "machine"], "a manual page is printed")?;
     let command = args::command_for_man();
     if let Some(folder) = &args.output {
+        if folder.exists() && !folder.is_dir() {
+            return Err(anyhow!("{} is no folder: name one for the pages", shown(folder)).into());
+        }
         let context = || format!("manual pages cannot be written to {}", folder.display());
         std::fs::create_dir_all(folder).with_context(context)?;
         clap_mangen::generate_to(command, folder).with_context(context)?;

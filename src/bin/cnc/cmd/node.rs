@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
 use cnc::base::machine::{Protocol, Unit};
+use cnc::base::source::shown;
 use cnc::base::{Axis, AxisSet, Machine};
 use cnc::wire::{
     ANSWER_PAUSE_US, Entry, ExecutedTick, FaultSpec, Faults, Happening, Nodes, Struck,
@@ -26,10 +27,10 @@ use crate::protocol::{NO_MAX, ProtocolArgs};
 /// How far this system may be late in reading bytes before the nodes' log calls it a hazard.
 const READ_LATE_US: f64 = 5000.0;
 
-/// Virtual nodes on a pseudo-terminal that behave as the node firmware does
+/// Run virtual nodes on a pseudo-terminal, which behave as the node firmware does
 ///
-/// Prints the name of the pseudo-terminal, which a host opens like a serial port, and runs until
-/// it is interrupted. What happens on the nodes goes to standard error.
+/// The name of the pseudo-terminal, which a host opens like a serial port, is printed; the nodes run until
+/// they are interrupted. What happens on them goes to standard error.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Make a symbolic link to the pseudo-terminal
@@ -79,6 +80,7 @@ fn unit(text: &str) -> Result<Unit, String> {
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
     if args.plc.plc {
+        global.refuse(&["machine"], "a PLC has no axes")?;
         return plc::run(&args.plc, &mut pty(args)?, args.once, global);
     }
     let mut machine = args.protocol.machine(global)?;
@@ -153,7 +155,7 @@ fn units(args: &Args, machine: &Machine) -> anyhow::Result<Vec<Unit>> {
 
 fn pty(args: &Args) -> anyhow::Result<Pty> {
     Pty::open(args.link.as_deref()).with_context(|| match &args.link {
-        Some(link) => format!("no pseudo-terminal with the link {}", link.display()),
+        Some(link) => format!("no pseudo-terminal with the link {}", shown(link)),
         None => "no pseudo-terminal".to_owned(),
     })
 }

@@ -21,6 +21,7 @@ use crate::input;
 use crate::meter::Pass;
 use crate::output;
 use crate::program::{MotionArgs, Program};
+use crate::refusal;
 
 /// NC lines that are told word by word at most.
 const LINES_TOLD_MAX: usize = 1000;
@@ -90,6 +91,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         let reason = "a drawing has no JSON; interpolate --json and verify --json have figures";
         return Err(anyhow!(reason).into());
     }
+    output::check_writable(&[args.output.as_deref()])?;
     let source = input::source(&args.file)?;
     let is_png = args.output.as_deref().is_some_and(|file| ending(file).as_deref() == Some("png"));
     if !is_png {
@@ -105,10 +107,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let drawn = if input::is_dump(&source)? {
         of_dump(args, source, global)?
     } else {
-        match of_program(args, source, global)? {
-            Ok(drawn) => drawn,
-            Err(exit) => return Ok(exit),
-        }
+        of_program(args, source, global)?
     };
     write(args, &drawn.svg)?;
     Ok(drawn.exit)
@@ -135,25 +134,22 @@ fn ending(file: &Path) -> Option<String> {
 }
 
 /// A program that is wrong by nothing but its travel is drawn all the same.
-fn of_program(
-    args: &Args,
-    source: Source,
-    global: &Global,
-) -> Result<Result<Drawn, Exit>, Failure> {
+fn of_program(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failure> {
     let machine = input::machine(global)?;
     let travel_mm = travel_mm(&machine);
-    let checked =
-        Program::check(&args.file, source.clone(), machine.clone(), &args.motion, global)?;
+    let checked = Program::check(&args.file, source.clone(), machine.clone(), &args.motion, global);
     let (program, exit) = match checked {
         Ok(program) => (program, Exit::Ok),
-        Err(exit) if args.curve.is_some() => return Ok(Err(exit)),
-        Err(exit) => {
+        Err(failure) if args.curve.is_some() || !refusal::is_told(&failure.error) => {
+            return Err(failure);
+        }
+        Err(refused) => {
             let program =
                 Program::judge(&args.file, source, without_travel(machine), &args.motion, global)?;
             if program.checked.errors > 0 {
-                return Ok(Err(exit));
+                return Err(refused);
             }
-            (program, exit)
+            (program, Exit::BadInput)
         }
     };
     let svg = match args.curve {
@@ -163,7 +159,7 @@ fn of_program(
             draw(&program, travel_mm, views, |sheet| sheet.to_string())?
         }
     };
-    Ok(Ok(Drawn { svg, exit }))
+    Ok(Drawn { svg, exit })
 }
 
 /// The machine, with ways that never end: for programs that leave its travel.

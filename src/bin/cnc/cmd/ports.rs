@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome};
 
-/// Serial ports, those first that a bus most likely hangs on
+/// List serial ports, those first that a bus most likely hangs on
 ///
 /// Tells of each by what names it goes, whether it can be opened and who has it open. Opens none.
 #[derive(Debug, clap::Args)]
@@ -20,6 +20,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    global.refuse(&["machine"], "ports are those of this computer")?;
     let mut ports = list_ports(Path::new("/"));
     let of_all = ports.len();
     ports.retain(|port| args.all || port.kind != PortKind::NoHardware);

@@ -24,10 +24,10 @@ use crate::protocol::ProtocolArgs;
 /// Hazards that are told one by one.
 const HAZARDS_MAX: usize = 10;
 
-/// Replays the bytes of a trace (`send --trace`) against virtual nodes
+/// Replay the bytes of a trace (`send --trace`) against virtual nodes
 ///
-/// Says how far each node has got, on which NC line, and where the first answer differs from what was
-/// received: there a byte or an answer was lost or changed, or a node failed. Exit code 0: all
+/// The result is how far each node has got, on which NC line, and where the first answer differs from what
+/// was received: there a byte or an answer was lost or changed, or a node failed. Exit code 0: all
 /// answers are the same and there was no hazard; 1: not so.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -62,10 +62,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             machine.id
         ));
     }
-    let job = match job(args, header, &machine, global)? {
-        Ok(job) => job,
-        Err(exit) => return Ok(exit),
-    };
+    let job = job(args, header, &machine, global)?;
     if job.as_ref().is_some_and(|job| hex(&job.sha256()) != header.job_sha256) {
         let program = &header.program;
         return bad(format!(
@@ -96,17 +93,14 @@ fn job(
     header: &TraceHeader,
     machine: &Machine,
     global: &Global,
-) -> Result<Result<Option<Job>, Exit>, Failure> {
-    let whole = match whole(args, header, machine, global)? {
-        Ok(whole) => whole,
-        Err(exit) => return Ok(Err(exit)),
-    };
-    Ok(Ok(match (whole, &header.resumed) {
+) -> Result<Option<Job>, Failure> {
+    let whole = whole(args, header, machine, global)?;
+    Ok(match (whole, &header.resumed) {
         (Some(whole), Some(resumed)) => {
             Some(resume::rest(&whole, resumed.done, header.start(), machine)?.job)
         }
         (whole, _) => whole,
-    }))
+    })
 }
 
 /// The job before it was cut short.
@@ -115,7 +109,7 @@ fn whole(
     header: &TraceHeader,
     machine: &Machine,
     global: &Global,
-) -> Result<Result<Option<Job>, Exit>, Failure> {
+) -> Result<Option<Job>, Failure> {
     let source = args.file.as_deref().map(input::source).transpose()?;
     let mut motion = args.motion.clone();
     if args.single_block {
@@ -129,26 +123,22 @@ fn whole(
     let program = match (&args.file, source) {
         (Some(_), Some(source)) if input::is_dump(&source)? => {
             MotionArgs::refuse_for_dump(global)?;
-            return Ok(Ok(Some(send::dump(&source, machine, args.single_block)?.0)));
+            return Ok(Some(send::dump(&source, machine, args.single_block)?.0));
         }
         (Some(file), Some(source)) => {
             Program::check(file, source, machine.clone(), &motion, global)?
         }
         _ if args.execute.is_empty() => {
             MotionArgs::refuse(global, "no program is named")?;
-            return Ok(Ok(None));
+            return Ok(None);
         }
         _ => Program::check_typed(&args.execute, machine.clone(), &motion, global)?,
-    };
-    let program = match program {
-        Ok(program) => program,
-        Err(exit) => return Ok(Err(exit)),
     };
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
     let commands = program.commands(&summary)?;
     let job = send::gather_blocks(commands, start_steps, machine, args.single_block)?;
-    Ok(Ok(Some(job.or_bad_input()?)))
+    Ok(Some(job.or_bad_input()?))
 }
 
 /// A trace as far as it has been told.

@@ -70,9 +70,13 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         let reason = "with --json standard output takes the document: name a file for the page";
         return Err(anyhow!(reason).into());
     }
+    output::check_writable(&[args.output.as_deref()])?;
     match &args.file {
         Some(file) => of_program(file, args, global),
-        None => merge::run(args, global),
+        None => {
+            global.refuse(&["machine"], "results of `report --json` name their machines")?;
+            merge::run(args, global)
+        }
     }
 }
 

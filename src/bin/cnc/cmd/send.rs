@@ -34,7 +34,7 @@ use self::resume::Resume;
 use self::sim::Simulation;
 use self::tracing::Tracing;
 use crate::args::Global;
-use crate::exit::{Exit, ExitWith, Failure, Outcome};
+use crate::exit::{Exit, ExitWith, Failure, Outcome, told};
 use crate::interrupt::Interrupts;
 use crate::journal::{JournalArgs, PortJournal, Told};
 use crate::meter::Pass;
@@ -42,9 +42,10 @@ use crate::port::{Port, PortArgs};
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
 use crate::progress::Bar;
 use crate::protocol::{NO_MAX, ProtocolArgs};
+use crate::refusal::Refusal;
 use crate::{input, output};
 
-/// Streams a program or a command dump to the nodes
+/// Stream a program or a command dump to the nodes
 ///
 /// All of it is checked before the port is opened. Ctrl-C holds where the axes are slow enough to
 /// stop without a ramp, or at the end of the buffer, and asks whether to go on; a second one stops
@@ -94,6 +95,7 @@ pub struct Args {
 }
 
 pub fn run(args: &Args, global: &Global) -> Outcome {
+    args.check_outputs()?;
     let source = args.file.as_deref().map(input::source).transpose()?;
     let port = args.port.port(global)?;
     let machine = args.protocol.machine(global)?;
@@ -114,10 +116,6 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
             Program::check_typed(&args.execute, machine, &motion, global)?
         }
     };
-    let program = match program {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
     let machine = &program.machine;
     let summary = RefCell::new(Summary::default());
     let start_steps = machine.nearest_steps(&program.start_mm());
@@ -130,6 +128,12 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 }
 
 impl Args {
+    /// Makes sure that all can be written that is asked for, before a long program is planned.
+    fn check_outputs(&self) -> anyhow::Result<()> {
+        let outputs = [&self.trace, &self.journal.journal, &self.plc.signals, &self.plc.svg];
+        output::check_writable(&outputs.map(Option::as_deref))
+    }
+
     /// Refuses what a PLC cannot do; two outputs of one name, and traces and signals over a journal.
     fn check(&self, job: &Job, machine: &Machine, port: &Port) -> Result<(), Failure> {
         self.plc.check(job, machine, port.is_real())?;
@@ -179,6 +183,21 @@ struct Notes<'a> {
     tracing: Option<Tracing>,
     book: Option<Book<'a>>,
     signals: Option<SignalFiles>,
+    /// Why the record of signals is not there.
+    unwritten: Option<Failure>,
+}
+
+impl Notes<'_> {
+    /// A job whose journal or record of signals is not whole has failed, whatever became of it.
+    fn verdict(self, outcome: Outcome) -> Outcome {
+        let exit = match self.book {
+            Some(book) => book.verdict(outcome),
+            None => outcome,
+        }?;
+        let Some(failure) = self.unwritten else { return Ok(exit) };
+        say!("error: {}", told(&failure.error));
+        Ok(if exit == Exit::Ok { Exit::Unusable } else { exit })
+    }
 }
 
 /// A job that `jog` or `home` made.
@@ -229,10 +248,7 @@ pub fn run_job(
             false => journal.check_position(&job, machine, global),
         }?;
     }
-    if !may_start(args, &operator)? {
-        say!("nothing was sent");
-        return Ok(Exit::Interrupted);
-    }
+    confirm(args, &operator)?;
     if let Some(program) = work.program.filter(|_| !global.quiet || args.single_block) {
         operator.list(program.source.clone())?;
     }
@@ -247,23 +263,26 @@ pub fn run_job(
     let record = JobRecord { port: args.port.port.display().to_string(), ..work.record };
     let signals = Some(SignalFiles::create(&args.plc, &record.program.name)?);
     let book = journal.map(|journal| Book::new(journal, record));
-    let mut notes = Notes { tracing, book, signals };
+    let mut notes = Notes { tracing, book, signals, unwritten: None };
     let outcome = match faults {
         Some(faults) => simulate(&report, job, operator, faults, work.program, &mut notes),
         None => send(args, port, &report, job, operator, &mut notes),
     };
-    match notes.book {
-        Some(book) => book.verdict(outcome),
-        None => outcome,
-    }
+    notes.verdict(outcome)
 }
 
-/// Whether the operator wants the job that was shown.
-fn may_start(args: &Args, operator: &Terminal) -> anyhow::Result<bool> {
+/// Goes on only if the operator wants the job that was shown.
+fn confirm(args: &Args, operator: &Terminal) -> Result<(), Failure> {
     if args.resume.is_some() && !args.yes && !operator.can_ask() {
-        return Err(anyhow!("--resume starts nothing by itself: say --yes to what is shown"));
+        let reason = "--resume starts nothing by itself: say --yes to what is shown";
+        return Err(anyhow!(reason).into());
     }
-    Ok(args.yes || operator.asks("Start the job?"))
+    if args.yes || operator.asks("Start the job?") {
+        return Ok(());
+    }
+    say!("nothing was sent");
+    let error = Refusal::told("the start was not confirmed: nothing was sent").into();
+    Err(Failure { code: 130, error })
 }
 
 /// Refuses what needs answers, where nodes have none.
@@ -391,9 +410,13 @@ pub fn dump(
     Ok((job, header))
 }
 
-/// Real nodes keep their own time, and those that cannot answer keep nothing back.
+/// Real nodes keep their own time, those within this program need none, and those that cannot answer keep
+/// nothing back.
 pub fn check_speed(args: &Args, port: &Port, machine: &Machine) -> anyhow::Result<()> {
     check_answers(args, machine)?;
+    if args.speed.is_some() && Simulation::of_port(&args.port.port)?.is_some() {
+        return Err(anyhow!("--speed has no effect: simulated nodes (sim:) take no time anyway"));
+    }
     if args.speed.is_some() && port.is_real() {
         let port = args.port.port.display();
         return Err(anyhow!("--speed is for virtual nodes (`cnc node`), {port} is a real device"));
@@ -487,7 +510,7 @@ fn stream(
     operator.bar.end();
     let plc = operator.end_plc();
     if let (Some(plc), Some(files)) = (plc, notes.signals.take()) {
-        files.write(plc.samples()).map_err(|failure| failure.error)?;
+        notes.unwritten = files.write(plc.samples()).err();
     }
     let now_us = link.now_us();
     if let Some(trace) = link.into_trace() {

@@ -22,6 +22,7 @@ use crate::many::{ManyArgs, say_notes};
 use crate::meter::Pass;
 use crate::plural::count;
 use crate::program::{Encoder, FeedMode, MotionArgs, Program};
+use crate::refusal::Refusal;
 use crate::report;
 
 /// Hold a command dump, or the steps of programs, against the path that is programmed
@@ -108,7 +109,11 @@ fn one(
         report::checked(&judged.name, checked, global);
     }
     outcome?;
-    let Some(report) = &judged.report else { return Ok(Exit::BadInput) };
+    let checked = judged.checked.as_ref().filter(|checked| checked.errors > 0);
+    if let Some(checked) = checked {
+        return Err(Refusal::of_program(&judged.name, checked)).or_bad_input();
+    }
+    let report = judged.report.as_ref().context("nothing was judged")?;
     let mut out = io::stdout().lock();
     let written = if global.json {
         writeln!(out, "{}", serde_json::to_string(report)?)

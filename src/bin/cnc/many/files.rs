@@ -1,6 +1,7 @@
 //! Which programs the arguments of a command name: files as they are, folders with all below them.
 
-use std::collections::BTreeMap;
+use std::collections::hash_map::Entry::{Occupied, Vacant};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::{self, DirEntry};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,6 +23,10 @@ pub struct Found {
     pub others: Vec<PathBuf>,
     /// Links to folders, which are not followed, and names of programs that are no files.
     pub left_out: Vec<(PathBuf, &'static str)>,
+    /// Where each program lies, with its place in the list.
+    places: HashMap<PathBuf, usize>,
+    /// Folders that were looked through.
+    folders: HashSet<PathBuf>,
 }
 
 /// One of them.
@@ -45,30 +50,47 @@ impl Entry {
 }
 
 impl Found {
-    /// What these name. A file is a program whatever its name; `-` is standard input.
-    pub fn of(arguments: &[PathBuf]) -> Found {
+    /// What these name, each once: where it is named first. A file is a program whatever its name; `-` is
+    /// standard input.
+    ///
+    /// # Errors
+    /// When standard input is named twice.
+    pub fn of(arguments: &[PathBuf]) -> anyhow::Result<Found> {
         let mut found = Found::default();
+        if arguments.iter().filter(|argument| *argument == Path::new("-")).count() > 1 {
+            return Err(anyhow!("- is named twice, and standard input can be read once only"));
+        }
         for argument in arguments {
             if !argument.is_dir() {
                 found.add(argument.clone(), true, None);
                 continue;
             }
-            let before = found.programs.len();
             found.folder(argument);
-            if found.programs.len() == before {
+            let folder = place(&argument.join("-"));
+            let within = folder.parent().unwrap_or(argument);
+            if !found.places.keys().any(|place| place.starts_with(within)) {
                 let reason = format!("holds no NC program ({})", endings());
                 found.add(argument.clone(), true, Some(io::Error::other(reason)));
             }
         }
-        found
+        Ok(found)
     }
 
     fn add(&mut self, path: PathBuf, is_named: bool, trouble: Option<io::Error>) {
-        self.programs.push(Entry { path, is_named, trouble });
+        match self.places.entry(place(&path)) {
+            Occupied(first) => self.programs[*first.get()].is_named |= is_named,
+            Vacant(place) => {
+                place.insert(self.programs.len());
+                self.programs.push(Entry { path, is_named, trouble });
+            }
+        }
     }
 
     /// All below a folder. Recursion is as deep as folders are, which names limit to some thousands.
     fn folder(&mut self, folder: &Path) {
+        if !self.folders.insert(place(folder)) {
+            return;
+        }
         let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
         let mut entries = match entries {
             Ok(entries) => entries,
@@ -114,6 +136,18 @@ pub fn endings() -> String {
     ENDINGS.map(|ending| format!(".{ending}")).join(" ")
 }
 
+/// Where a name leads, however it is spelt; a link is a name of its own.
+fn place(path: &Path) -> PathBuf {
+    if path == Path::new("-") {
+        return path.to_owned();
+    }
+    let Some(name) = path.file_name() else {
+        return path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    };
+    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    folder.canonicalize().unwrap_or_else(|_| folder.to_owned()).join(name)
+}
+
 fn is_program(path: &Path) -> bool {
     let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
     ending.is_some_and(|ending| ENDINGS.iter().any(|known| ending == *known))
@@ -139,7 +173,7 @@ mod tests {
         symlink(folder.path(), at("b/loop")).unwrap();
         symlink(at("nowhere"), at("b/gone.nc")).unwrap();
         symlink(at("a.nc"), at("link.nc")).unwrap();
-        let found = Found::of(&[folder.path().to_owned(), PathBuf::from("-")]);
+        let found = Found::of(&[folder.path().to_owned(), PathBuf::from("-")]).unwrap();
         let names: Vec<String> = found
             .programs
             .iter()
@@ -156,9 +190,30 @@ mod tests {
     }
 
     #[test]
+    fn a_program_is_there_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("b")).unwrap();
+        for name in ["a.nc", "b/c.nc", "b/x.csv"] {
+            fs::write(at(name), "M2\n").unwrap();
+        }
+        symlink(at("a.nc"), at("link.nc")).unwrap();
+        let named = ["b/../b/c.nc", "", "b", "a.nc", "./b/", "./-", "-"].map(at);
+        let named = [&named[..6], &[PathBuf::from("-")]].concat();
+        let found = Found::of(&named).unwrap();
+        let paths: Vec<&Path> = found.programs.iter().map(|entry| entry.path.as_path()).collect();
+        let expected = [at("b/../b/c.nc"), at("a.nc"), at("link.nc"), at("./-"), "-".into()];
+        assert_eq!(paths, expected);
+        let is_named: Vec<bool> = found.programs.iter().map(|entry| entry.is_named).collect();
+        assert_eq!(is_named, [true, true, false, true, true]);
+        assert_eq!(found.others.len(), 1);
+        assert!(Found::of(&["-".into(), "a.nc".into(), "-".into()]).is_err());
+    }
+
+    #[test]
     fn a_folder_without_programs_is_told() {
         let folder = tempfile::tempdir().unwrap();
-        let found = Found::of(&[folder.path().to_owned()]);
+        let found = Found::of(&[folder.path().to_owned()]).unwrap();
         let reason = found.programs[0].trouble.as_ref().unwrap().to_string();
         assert!(reason.starts_with("holds no NC program (.nc .ngc"), "{reason}");
     }

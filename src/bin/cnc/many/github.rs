@@ -7,6 +7,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use cnc::base::source::shown;
+
 use super::judged::{Finding, Judged, severity_name};
 use super::sum::Sum;
 use super::{Form, plain};
@@ -63,7 +65,7 @@ fn annotation(out: &mut dyn Write, judged: &Judged, finding: &Finding) -> io::Re
 fn file(path: &Path) -> String {
     match path.to_str() {
         Some("-") => String::new(),
-        _ => format!("file={},", property(&plain(path).display().to_string())),
+        _ => format!("file={},", property(&shown(&plain(path)))),
     }
 }
 
@@ -86,6 +88,7 @@ mod tests {
         assert_eq!(message("50 %\r\na::b, c"), "50 %25%0D%0Aa::b, c");
         assert_eq!(property("a,b:c%\n"), "a%2Cb%3Ac%25%0A");
         assert_eq!(file(Path::new("./parts//x, y.nc")), "file=parts/x%2C y.nc,");
+        assert_eq!(file(Path::new("a\x1b[31m\n::b.nc")), "file=a\u{FFFD}[31m\u{FFFD}%3A%3Ab.nc,");
         assert_eq!(file(Path::new("-")), "");
     }
 }

@@ -10,7 +10,8 @@ use super::Form;
 use super::judged::{Judged, WRONG_FILE};
 use super::sum::Sum;
 use crate::args::Global;
-use crate::cmd::interpret::write_error;
+use crate::exit::told;
+use crate::refusal::write_error;
 use crate::report;
 
 /// A line an error, a program and the sum; warnings are drawn on standard error.
@@ -72,7 +73,7 @@ impl Form for Lines<'_> {
             report::said(name, checked, self.global);
         }
         let summary = judged.checked.as_ref().map(|checked| &checked.summary);
-        let reason = judged.trouble.as_ref().map(|failure| format!("{:#}", failure.error));
+        let reason = judged.trouble.as_ref().map(|failure| told(&failure.error));
         let line = Program {
             r#type: "program",
             file: name,

@@ -8,7 +8,7 @@ use cnc::base::{CallSite, Diagnostic, Severity};
 use cnc::interp::Checked;
 use cnc::verify::{Check, Report, Verdict};
 
-use crate::exit::Failure;
+use crate::exit::{Failure, told};
 use crate::meter::Interrupted;
 
 /// Rule of files that are not what they have to be.
@@ -96,7 +96,7 @@ impl Judged {
     /// Why it was not judged at all: files that cannot be read, and the like.
     pub fn unread(&self) -> Option<String> {
         let failure = self.trouble.as_ref().filter(|failure| failure.code > 1)?;
-        Some(format!("{:#}", failure.error))
+        Some(told(&failure.error))
     }
 
     /// Everything that is wrong, but for errors beyond `--max-errors`.
@@ -110,7 +110,7 @@ impl Judged {
             findings.extend(failed.map(Finding::of_check));
         }
         if let Some(failure) = self.trouble.as_ref().filter(|failure| failure.code == 1) {
-            findings.push(Finding::wrong_file(format!("{:#}", failure.error)));
+            findings.push(Finding::wrong_file(told(&failure.error)));
         }
         findings
     }

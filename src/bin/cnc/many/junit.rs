@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use cnc::base::Severity;
+use cnc::base::source::shown;
 
 use super::judged::{Finding, Judged, severity_name};
 use super::sum::Sum;
@@ -23,7 +24,7 @@ impl Suite {
     }
 
     fn case(&mut self, judged: &Judged) -> Result<(), std::fmt::Error> {
-        let file = plain(&judged.path).display().to_string();
+        let file = shown(&plain(&judged.path));
         let (class, name) = (self.judge.name().replace(' ', "."), escaped(&judged.name));
         let findings = judged.findings();
         let is_error = |finding: &&Finding| finding.severity == Severity::Error;

@@ -16,14 +16,15 @@ use std::io::{self, BufWriter, ErrorKind, IntoInnerError, Seek, Write};
 use std::num::NonZeroUsize;
 use std::path::{Component, Path, PathBuf};
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use clap::ValueEnum;
+use cnc::base::source::temporary_file;
 
 use self::files::Found;
 use self::judged::Judged;
 use self::sum::Sum;
 use crate::args::Global;
-use crate::exit::{Exit, Failure, Outcome};
+use crate::exit::{Exit, Failure, Outcome, told};
 use crate::meter::{self, Pass};
 use crate::output;
 
@@ -37,8 +38,12 @@ pub struct ManyArgs {
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     /// How many programs are judged at a time [default: one a core]
-    #[arg(short, long, value_name = "N")]
+    #[arg(short, long, value_name = "N", value_parser = jobs)]
     jobs: Option<NonZeroUsize>,
+}
+
+fn jobs(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "a number from 1 on is expected".to_owned())
 }
 
 /// What is printed.
@@ -108,6 +113,7 @@ impl ManyArgs {
         work: impl Fn(&T) -> Judged + Sync,
         global: &Global,
     ) -> Outcome {
+        output::check_writable(&[self.output.as_deref()])?;
         let names: Vec<String> = tasks.iter().map(|task| judged::name(name(task))).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut sum = Sum::new();
@@ -122,7 +128,7 @@ impl ManyArgs {
                 pass.many_at(sum.programs, tasks.len() as u64)?;
                 say_notes(&judged, global);
                 if let Some(failure) = &judged.trouble {
-                    say!("error: {:#}", failure.error);
+                    say!("error: {}", told(&failure.error));
                 }
                 form.program(out, &judged)?;
                 Ok(out.flush()?)
@@ -199,8 +205,7 @@ fn spooled(
     path: &Path,
     tell: impl FnOnce(&mut dyn Write) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    output::folder_of(path).with_context(|| format!("{} cannot be written", path.display()))?;
-    let mut spool = BufWriter::new(tempfile::tempfile()?);
+    let mut spool = BufWriter::new(temporary_file()?);
     tell(&mut spool)?;
     let mut text = spool.into_inner().map_err(IntoInnerError::into_error)?;
     text.rewind()?;

@@ -38,10 +38,7 @@ struct Read {
 }
 
 pub fn run(file: &Path, args: &Args, global: &Global) -> Outcome {
-    let program = match Program::open(file, &args.motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program = Program::open(file, &args.motion, global)?;
     let settings = args.settings(&program.machine)?;
     let read = if args.csv {
         let mut out = BufWriter::new(io::stdout().lock());

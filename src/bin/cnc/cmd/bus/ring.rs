@@ -82,10 +82,7 @@ pub fn run(file: &Path, args: &Args, global: &Global) -> Outcome {
     let setup = Setup::new(args, &machine)?;
     let on_ring = on_ring(&machine, setup.cycle_us);
     let source = input::program(file)?;
-    let program = match Program::check(file, source, on_ring, &args.motion, global)? {
-        Ok(program) => program,
-        Err(exit) => return Ok(exit),
-    };
+    let program = Program::check(file, source, on_ring, &args.motion, global)?;
     check_range(&program, &setup).or_bad_input()?;
     let ran = RefCell::new(Ran::default());
     let report = executed(&program, args, &setup, &ran)?;

@@ -15,7 +15,7 @@ use cnc::systems::difference::node::{Rounding, WORD_BITS_MAX, Word};
 use cnc::systems::difference::{Constants, Equations, equations, jump, steps_per_mm};
 use serde_json::{Map, Value, json};
 
-use crate::exit::{Exit, Failure, Outcome};
+use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::output;
 use crate::program::Program;
 
@@ -90,13 +90,8 @@ pub struct Wanted<'a> {
 
 /// Writes the report or the drift of every tick, and the drawing.
 pub fn report(program: &Program, wanted: &Wanted<'_>) -> Outcome {
-    let study = match Study::new(program, wanted.word)? {
-        Ok(study) => study,
-        Err(refusal) => {
-            say!("error: {refusal}");
-            return Ok(Exit::BadInput);
-        }
-    };
+    let study = Study::new(program, wanted.word)?.map_err(|refusal| anyhow!("{refusal}"));
+    let study = study.or_bad_input()?;
     if let Some(path) = wanted.svg {
         let chart = study.chart()?;
         output::whole_file(path, |out| Ok(write!(out, "{chart}")?))?;

@@ -36,8 +36,7 @@ pub fn report(program: &Program, as_json: bool, svg: Option<&PathBuf>) -> Outcom
         match count(&*segment?, &program.machine) {
             Ok(count) => pulses += u64::from(count.pulses),
             Err(reason) => {
-                say!("error: {}: {reason}", program.source.name());
-                return Ok(Exit::BadInput);
+                return Err(anyhow!("{}: {reason}", program.source.name())).or_bad_input();
             }
         }
     }

@@ -9,7 +9,7 @@ use cnc::path;
 use cnc::systems::pulse::{self, Count, NoPulses};
 use serde_json::json;
 
-use crate::exit::{Exit, Failure, Outcome};
+use crate::exit::{Exit, ExitWith, Failure, Outcome};
 use crate::plural::count;
 
 /// Writes a table, or JSON Lines, if they are wanted. A program with a block that the board cannot take
@@ -28,8 +28,7 @@ pub fn report(
         Ok(())
     })?;
     if let Some(reason) = refused {
-        say!("error: {}: {reason}", source.name());
-        return Ok(Exit::BadInput);
+        return Err(anyhow!("{}: {reason}", source.name())).or_bad_input();
     }
     let Some(as_json) = as_json else { return Ok(Exit::Ok) };
     let mut out = BufWriter::new(io::stdout().lock());

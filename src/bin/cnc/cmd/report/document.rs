@@ -100,7 +100,8 @@ pub struct Job {
 #[serde(deny_unknown_fields)]
 pub struct Place {
     pub tick: u64,
-    pub line: u32,
+    /// None where it is not known.
+    pub line: Option<u32>,
 }
 
 impl Document {
@@ -141,7 +142,10 @@ impl Document {
             max_contour_error_mm: six_digits(report.max_contour_error_mm),
             max_contour_error_is_lower_bound: report.max_contour_error_is_lower_bound,
             tolerance_mm: six_digits(report.tolerance_mm),
-            worst: report.worst.map(|at| Place { tick: at.tick, line: at.line }),
+            worst: report.worst.map(|at| {
+                let line = Some(at.line).filter(|line| *line > 0);
+                Place { tick: at.tick, line }
+            }),
         });
     }
 

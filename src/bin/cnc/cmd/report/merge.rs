@@ -80,7 +80,8 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         say!("error: {told}");
     }
     if !troubles.is_empty() {
-        return Err(anyhow!("not every program has a good result").into());
+        say!("error: not every program has a good result");
+        return Ok(Exit::Unusable);
     }
     Ok(if merged.count(Verdict::Pass) == merged.entries.len() { Exit::Ok } else { Exit::BadInput })
 }
@@ -244,7 +245,7 @@ impl Merged {
                 "total_seconds": job.map(|job| job.total_seconds),
                 "max_contour_error_mm": job.map(|job| job.max_contour_error_mm),
                 "tolerance_mm": job.map(|job| job.tolerance_mm),
-                "line": job.and_then(|job| job.worst).map(|worst| worst.line),
+                "line": job.and_then(|job| job.worst).and_then(|worst| worst.line),
             })
         });
         let machines = self.machines().into_iter().map(|((name, sha256), programs)| {

@@ -1,13 +1,12 @@
 //! What the journal says of a job that is sent.
 
-use anyhow::anyhow;
 use cnc::base::{Axis, Machine};
 use cnc::tape::{Header, Origin};
 use cnc::wire::{Ending, Job};
 use cnc::wire_io::journal::{self, JobRecord, Journal, Journaled, Named, Record};
 
 use super::operator::Terminal;
-use crate::exit::{Failure, Outcome};
+use crate::exit::{Exit, Outcome};
 
 /// The journal of a job, and what the job was made from.
 pub struct Book<'a> {
@@ -47,12 +46,10 @@ impl<'a> Book<'a> {
         let exit = outcome?;
         match self.journal.failed() {
             None => Ok(exit),
-            Some(why) => Err(Failure {
-                code: 3,
-                error: anyhow!(
-                    "{why}; a job without a journal ends where the axes are slow enough"
-                ),
-            }),
+            Some(why) => {
+                say!("error: {why}; a job without a journal ends where the axes are slow enough");
+                Ok(Exit::Bus)
+            }
         }
     }
 }

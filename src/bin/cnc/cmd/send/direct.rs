@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use cnc::base::rounding::six_digits;
+use cnc::base::source::visible;
 use cnc::base::{Axis, Machine};
 use cnc::wire::{Audit, Direct, HomeRun, Job, Step};
 use cnc::wire_io::Speed;
@@ -58,8 +59,7 @@ impl DirectArgs {
 /// Refuses axes that the machine has not.
 pub fn check_axes(axes: &[Axis], machine: &Machine) -> anyhow::Result<()> {
     let Some(axis) = axes.iter().find(|axis| machine.axis(**axis).is_none()) else { return Ok(()) };
-    let has: Vec<String> = machine.axes.iter().map(|profile| profile.axis.to_string()).collect();
-    Err(anyhow!("machine {} has no axis {axis}: it has {}", machine.id, has.join(", ")))
+    Err(anyhow!("machine {} has no axis {axis}: it has {}", machine.id, machine.axis_names()))
 }
 
 /// What a job lets nodes do by themselves.
@@ -129,6 +129,7 @@ pub fn axes(text: &str) -> Result<AxisList, String> {
     let letters = text.chars().filter(|letter| *letter != ',');
     let axis = |letter: char| {
         let known = u8::try_from(letter.to_ascii_uppercase()).ok().and_then(Axis::from_letter);
+        let letter = visible(letter);
         known.ok_or_else(|| format!("'{letter}' is no axis; expected X, Y, Z, A, B, C, U, V or W"))
     };
     letters.map(axis).collect::<Result<Vec<_>, _>>().map(AxisList)
@@ -140,8 +141,12 @@ pub struct AxisList(pub Vec<Axis>);
 
 /// One axis.
 pub fn axis(text: &str) -> Result<Axis, String> {
+    let is_way = |letter: char| matches!(letter, '+' | '-' | '.') || letter.is_ascii_digit();
+    if text.starts_with(|letter: char| letter.is_ascii_alphabetic()) && text[1..].contains(is_way) {
+        return Err("an axis is expected, as X; --by says how far, as --by -5".to_owned());
+    }
     match axes(text)?.0[..] {
         [axis] => Ok(axis),
-        _ => Err(format!("'{text}': one axis is expected, as X")),
+        _ => Err("one axis is expected, as X: axes are jogged one after another".to_owned()),
     }
 }

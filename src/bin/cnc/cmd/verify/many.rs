@@ -30,8 +30,8 @@ pub fn run(
     global: &Global,
 ) -> Outcome {
     let tasks = match pair {
-        Some(_) => tasks(Found::of(&files[..1])),
-        None => found(files, global),
+        Some(_) => tasks(Found::of(&files[..1])?),
+        None => found(files, global)?,
     };
     let work = |task: &Task| {
         let mut judged = Judged::new(task.entry.path.clone());
@@ -54,8 +54,8 @@ pub fn lonely(dump: &Path) -> anyhow::Error {
 }
 
 /// What the arguments name, dumps with their programs; says what of it is not judged.
-fn found(files: &[PathBuf], global: &Global) -> Vec<Task> {
-    let mut found = Found::of(files);
+fn found(files: &[PathBuf], global: &Global) -> anyhow::Result<Vec<Task>> {
+    let mut found = Found::of(files)?;
     let paths = found.programs.iter().map(|entry| &entry.path);
     let dumps = paths.map(|path| (path, dump_of(path))).filter(|(path, dump)| *path != dump);
     let dumps: HashSet<PathBuf> = dumps.map(|(_, dump)| dump).collect();
@@ -73,7 +73,7 @@ fn found(files: &[PathBuf], global: &Global) -> Vec<Task> {
         task.is_lonely = task.entry.is_named && is_dump(&task.entry.path);
     }
     tasks.retain(|task| !(task.is_lonely && dumps.contains(&task.entry.path)));
-    tasks
+    Ok(tasks)
 }
 
 fn tasks(found: Found) -> Vec<Task> {

@@ -145,7 +145,10 @@ fn row(entry: &Entry) -> Vec<Cell> {
         of_job(&|job| duration(job.total_seconds)),
         of_job(&|job| format!("{:.4}", job.max_contour_error_mm)),
         of_job(&|job| format!("{:.4}", job.tolerance_mm)),
-        of_job(&|job| job.worst.map_or_else(|| "-".to_owned(), |worst| worst.line.to_string())),
+        of_job(&|job| {
+            let line = job.worst.and_then(|worst| worst.line);
+            line.map_or_else(|| "-".to_owned(), |line| line.to_string())
+        }),
         number(entry.warnings.to_string()),
     ]
 }

@@ -7,13 +7,19 @@ use std::io::{self, BufReader, Read};
 use std::path::Path;
 use std::rc::Rc;
 
+use serde_json::Value;
+
 use super::super::document::{Document, Job, Verdict};
+use crate::exit::told;
 use crate::input;
 
 /// What is said of a program that does not pass: so many sentences at most.
 pub const TOLD_MAX: usize = 3;
 /// Most characters of a sentence.
 const LETTERS_MAX: usize = 300;
+
+/// What is said of a document that is none.
+const NO_RESULT: &str = "no result of `cnc report --json`";
 
 /// What is kept of a result.
 pub struct Entry {
@@ -65,7 +71,7 @@ pub fn documents(file: &Path, mut take: impl FnMut(Result<Entry, String>)) {
     }
     match File::open(file) {
         Ok(reader) => documents_of(BufReader::with_capacity(1 << 16, reader), file, take),
-        Err(error) => take(Err(error.to_string())),
+        Err(error) => take(Err(told(&error.into()))),
     }
 }
 
@@ -73,23 +79,36 @@ fn documents_of(reader: impl Read, file: &Path, mut take: impl FnMut(Result<Entr
     let lines = Rc::new(Cell::new(1));
     let counted = Counted { reader, lines: Rc::clone(&lines) };
     let mut is_empty = true;
-    for document in serde_json::Deserializer::from_reader(counted).into_iter::<Document>() {
+    for value in serde_json::Deserializer::from_reader(counted).into_iter::<Value>() {
         is_empty = false;
-        let fault = match document {
-            Ok(document) => match document.fault() {
-                None => {
-                    take(Ok(Entry::of(document)));
-                    continue;
-                }
-                Some(fault) => format!("line {}: {fault}", lines.get()),
-            },
-            Err(error) => format!("{} (nothing behind it is read)", short(&error.to_string())),
-        };
-        take(Err(format!("no result of `cnc report --json`: {fault}")));
+        take(match value {
+            Ok(value) => entry(value).map_err(|fault| format!("line {}: {fault}", lines.get())),
+            Err(error) => Err(format!(
+                "{NO_RESULT}: {} (nothing behind it is read)",
+                short(&error.to_string())
+            )),
+        });
     }
     if is_empty {
         take(Err(format!("it is empty{}", said(file))));
     }
+}
+
+/// What is kept of a document, or why it is no result.
+fn entry(value: Value) -> Result<Entry, String> {
+    if let ("error", Some(error)) =
+        (value["result"].as_str().unwrap_or_default(), value["error"].as_str())
+    {
+        return Err(format!("it tells why there is none: {}", short(error)));
+    }
+    let fault = match serde_json::from_value::<Document>(value) {
+        Ok(document) => match document.fault() {
+            None => return Ok(Entry::of(document)),
+            Some(fault) => fault,
+        },
+        Err(error) => short(&error.to_string()),
+    };
+    Err(format!("{NO_RESULT}: {fault}"))
 }
 
 /// Counts the lines of what is read; serde_json takes one byte at a time.
