@@ -203,7 +203,7 @@ fn figures_that_no_job_has_are_told_with_their_line() {
         "line 4: `\\\"warnings\\\"` is",
         "line 5: it passes, and its error is beyond its tolerance",
         "line 7: its motion takes longer than all of it",
-        "at line 8 column",
+        "line 8: invalid type: string",
     ];
     assert_eq!(told.len(), expected.len(), "{told:#?}");
     for (told, expected) in told.iter().zip(expected) {

@@ -82,7 +82,7 @@ fn documents_of(reader: impl Read, file: &Path, mut take: impl FnMut(Result<Entr
     for value in serde_json::Deserializer::from_reader(counted).into_iter::<Value>() {
         is_empty = false;
         take(match value {
-            Ok(value) => entry(value).map_err(|fault| format!("line {}: {fault}", lines.get())),
+            Ok(value) => entry(value, lines.get()),
             Err(error) => Err(format!(
                 "{NO_RESULT}: {} (nothing behind it is read)",
                 short(&error.to_string())
@@ -94,8 +94,8 @@ fn documents_of(reader: impl Read, file: &Path, mut take: impl FnMut(Result<Entr
     }
 }
 
-/// What is kept of a document, or why it is no result.
-fn entry(value: Value) -> Result<Entry, String> {
+/// What is kept of a document that ends in a line, or why it is no result.
+fn entry(value: Value, line: u64) -> Result<Entry, String> {
     if let ("error", Some(error)) =
         (value["result"].as_str().unwrap_or_default(), value["error"].as_str())
     {
@@ -108,7 +108,7 @@ fn entry(value: Value) -> Result<Entry, String> {
         },
         Err(error) => short(&error.to_string()),
     };
-    Err(format!("{NO_RESULT}: {fault}"))
+    Err(format!("{NO_RESULT}: line {line}: {fault}"))
 }
 
 /// Counts the lines of what is read; serde_json takes one byte at a time.
