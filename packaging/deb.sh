@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
-# Makes the Debian package: target/debian/cnc_*.deb. Needs cargo-deb.
+# Makes the Debian package, and prints its path: target/debian/cnc_*.deb. Needs cargo-deb.
 # Usage: packaging/deb.sh [TARGET [PROFILE]]
+# CNC_HERE names a `cnc` that runs on this computer, for a TARGET that does not.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. packaging/epoch.sh
 target=${1:-x86_64-unknown-linux-musl}
 profile=${2:-release}
 binary=$(packaging/build.sh "$target" "$profile")
