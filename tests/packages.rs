@@ -76,3 +76,19 @@ fn scripts_and_files_of_the_release_are_there() {
         assert!(release.contains(&format!("target: {built}\n")), "{target}: {built}");
     }
 }
+
+/// `cargo install` asks for no C compiler and no C library: no crate of the command builds or looks for one.
+#[test]
+fn no_crate_builds_c() {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--locked", "--offline", "--edges", "normal,build", "--prefix", "none"])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    let tree = String::from_utf8(output.stdout).unwrap();
+    let crates: Vec<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
+    assert!(output.status.success() && crates.contains(&"clap"), "{tree}");
+    for builder in ["cc", "cmake", "pkg-config", "bindgen", "autotools"] {
+        assert!(!crates.contains(&builder), "{tree}");
+    }
+}
