@@ -21,10 +21,23 @@ pub enum Cuts {
 /// The pieces of a segment, in order, each with the junction at its start.
 #[derive(Debug)]
 pub enum Parts {
+    /// A line, from one seam to the next.
+    Line(Box<LineParts>),
     /// A line or an arc, in equal parts.
     Equal(Box<EqualParts>),
     /// A spline: no more than its spans by a few.
     Spline(vec::IntoIter<Piece>),
+}
+
+/// See [`Parts::Line`].
+#[derive(Debug)]
+pub struct LineParts {
+    whole: Piece,
+    length_mm: f64,
+    /// Where the next one begins, as a share of the line's way.
+    share: f64,
+    /// The junction of the next one.
+    junction: Junction,
 }
 
 /// See [`Parts::Equal`].
@@ -42,6 +55,28 @@ pub struct EqualParts {
 }
 
 impl Cuts {
+    /// Of a line whose seams are known, or of which it is known that there are none: what lies between two is one
+    /// piece. Else as [`Cuts::new`].
+    pub fn of_line(
+        segment: &Arc<Segment>,
+        start: &End,
+        limits: &Limits,
+        ramps: bool,
+        first: Junction,
+        has_seam: bool,
+    ) -> Cuts {
+        let mut whole = Piece::whole(segment, start.length_mm, &start.tangent, limits);
+        if !ramps {
+            whole.without_ramps();
+        }
+        if !has_seam {
+            whole.junction = first;
+            return Cuts::One(whole);
+        }
+        let (length_mm, share) = (whole.length_mm, 0.0);
+        Cuts::Many(Parts::Line(Box::new(LineParts { whole, length_mm, share, junction: first })))
+    }
+
     /// Of a segment with this start, and this junction there. Without ramps lines and arcs are run at the speed that
     /// the whole of them can be run at, whatever accelerations that takes.
     pub fn new(
@@ -88,12 +123,28 @@ impl Cuts {
 }
 
 impl Parts {
-    /// The next piece.
-    pub fn next(&mut self, limits: &Limits) -> Option<Piece> {
+    /// The next piece. That of a line ends at this share of the line's way, where a seam follows in it.
+    pub fn next(&mut self, limits: &Limits, seam: Option<f64>) -> Option<Piece> {
         match self {
+            Parts::Line(parts) => parts.next(seam),
             Parts::Equal(parts) => parts.next(limits),
             Parts::Spline(pieces) => pieces.next(),
         }
+    }
+}
+
+impl LineParts {
+    fn next(&mut self, seam: Option<f64>) -> Option<Piece> {
+        if self.share == 1.0 {
+            return None;
+        }
+        let shares = [self.share, seam.filter(|seam| *seam > self.share).unwrap_or(1.0)];
+        self.share = shares[1];
+        let junction = std::mem::replace(&mut self.junction, Junction::STRAIGHT);
+        let length_mm = self.length_mm * (shares[1] - shares[0]);
+        let mut piece = self.whole.clone();
+        (piece.shares, piece.length_mm, piece.junction) = (shares, length_mm, junction);
+        Some(piece)
     }
 }
 

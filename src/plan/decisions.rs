@@ -19,8 +19,13 @@ pub struct Decisions<'a, I> {
 }
 
 impl<'a, I> Decisions<'a, I> {
-    /// From rest, with stops at the seams.
-    pub fn new<E>(path: I, machine: &'a Machine, feed: Feed, seams: &'a Seams) -> Decisions<'a, I>
+    /// From rest, with stops at the seams; without any while they are to be found.
+    pub fn new<E>(
+        path: I,
+        machine: &'a Machine,
+        feed: Feed,
+        seams: Option<&'a Seams>,
+    ) -> Decisions<'a, I>
     where
         I: Iterator<Item = Result<PathItem, E>>,
     {

@@ -54,7 +54,7 @@ pub fn explain<'a, E, I>(
 where
     I: Iterator<Item = Result<PathItem, E>>,
 {
-    let decisions = Decisions::new(path, machine, feed, seams);
+    let decisions = Decisions::new(path, machine, feed, Some(seams));
     Explainer { decisions, current: None, waiting: None, ready: VecDeque::new() }
 }
 

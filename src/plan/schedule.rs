@@ -32,7 +32,7 @@ impl<'a, I> Planner<'a, I> {
         I: Iterator<Item = Result<PathItem, E>>,
     {
         Planner {
-            decisions: Decisions::new(path, machine, feed, seams),
+            decisions: Decisions::new(path, machine, feed, Some(seams)),
             schedule: Schedule::new(machine, feed, start_mm),
         }
     }

@@ -79,14 +79,20 @@ impl Seams {
         self.0.get(n).filter(is_here).map(|seam| seam.kind)
     }
 
+    /// Where the nth seam lies within this segment, before its end, as a share of its way.
+    pub(super) fn within(&self, n: usize, segment: u64) -> Option<f64> {
+        let seam = self.0.get(n).filter(|seam| seam.segment == segment && seam.share < 1.0);
+        seam.map(|seam| seam.share)
+    }
+
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = &Seam> {
         self.0.iter()
     }
 }
 
-/// Seams in the order of the path, each at the end of a segment or of a piece that long segments are
-/// cut into; others are passed over.
+/// Seams in the order of the path, each on a line, at the end of a segment, or of a piece that long arcs and
+/// splines are cut into; others are passed over.
 impl FromIterator<Seam> for Seams {
     fn from_iter<I: IntoIterator<Item = Seam>>(seams: I) -> Seams {
         Seams(seams.into_iter().collect())
@@ -105,7 +111,7 @@ pub fn place<E>(
     let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(Seams::default()) };
     let mut places = Places::new(machine, feed);
     let mut choice = Choice::new(machine, f64::from(ticks_max));
-    for decided in Decisions::new(path, machine, feed, Seams::NONE) {
+    for decided in Decisions::new(path, machine, feed, None) {
         places.push(decided?);
         while let Some(place) = places.pop() {
             choice.push(place);

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::base::Point;
-use crate::path::{PathItem, Segment};
+use crate::path::{Curve, PathItem, Segment};
 
 use super::cuts::{Cuts, Parts};
 use super::junction::{Bend, End, Junction};
@@ -18,7 +18,8 @@ use super::{Feed, Seams};
 pub struct Cutter<'a> {
     limits: Limits,
     feed: Feed,
-    seams: &'a Seams,
+    /// None while they are to be found: lines are cut where one may be.
+    seams: Option<&'a Seams>,
     /// Seams passed.
     next_seam: usize,
     /// Number of the next segment; those without length do not count.
@@ -62,7 +63,7 @@ impl Waiting {
 
 impl<'a> Cutter<'a> {
     /// From rest.
-    pub fn new(limits: Limits, feed: Feed, seams: &'a Seams) -> Cutter<'a> {
+    pub fn new(limits: Limits, feed: Feed, seams: Option<&'a Seams>) -> Cutter<'a> {
         let (waiting, cutting, stop) = (None, None, None);
         Cutter { limits, feed, seams, next_seam: 0, index: 0, waiting, cutting, stop }
     }
@@ -121,7 +122,15 @@ impl<'a> Cutter<'a> {
         let ramps = self.feed != Feed::Constant;
         let [start, _] = &whole.ends;
         let (index, tangent) = (whole.index, start.tangent);
-        match Cuts::new(&whole.segment, start, &self.limits, ramps, whole.junction) {
+        let (segment, limits, junction) = (&whole.segment, &self.limits, whole.junction);
+        let cuts = match (self.seams, &segment.curve) {
+            (Some(seams), Curve::Line) => {
+                let has_seam = seams.within(self.next_seam, index).is_some();
+                Cuts::of_line(segment, start, limits, ramps, junction, has_seam)
+            }
+            _ => Cuts::new(segment, start, limits, ramps, junction),
+        };
+        match cuts {
             Cuts::One(piece) => {
                 let bends = [whole.bend.as_ref(), bend_after.as_ref()];
                 self.give(piece, index, &tangent, bends, ahead);
@@ -136,7 +145,8 @@ impl<'a> Cutter<'a> {
 
     fn next_part(&mut self, ahead: &mut LookAhead) {
         let Some(mut cutting) = self.cutting.take() else { return };
-        let Some(mut piece) = cutting.parts.next(&self.limits) else { return };
+        let seam = self.seams.and_then(|seams| seams.within(self.next_seam, cutting.index));
+        let Some(mut piece) = cutting.parts.next(&self.limits, seam) else { return };
         if cutting.is_at_seam {
             (piece.junction, cutting.bends[0]) = (Junction::REST, None);
         }
@@ -159,7 +169,7 @@ impl<'a> Cutter<'a> {
         ahead: &mut LookAhead,
     ) -> bool {
         let end = piece.shares[1];
-        let seam = self.seams.at(self.next_seam, index, end);
+        let seam = self.seams.and_then(|seams| seams.at(self.next_seam, index, end));
         if self.feed != Feed::Constant {
             let bend_after = bend_after.filter(|_| seam.is_none());
             piece.bend(tangent, [bend_before, bend_after], &self.limits);

@@ -89,7 +89,7 @@ pub fn survey<E>(
     };
     let mut places = Places::new(machine, feed);
     let mut survey = Survey::new(machine, f64::from(ticks_max), seams);
-    for decided in Decisions::new(path, machine, feed, Seams::NONE) {
+    for decided in Decisions::new(path, machine, feed, None) {
         places.push(decided?);
         while let Some(place) = places.pop() {
             survey.push(place);

@@ -209,7 +209,7 @@ mod tests {
             let [start, _] = End::both(&segment, segment.length_mm());
             let cuts = Cuts::new(&segment, &start, limits, true, Junction::STRAIGHT);
             let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
-            pieces.extend(std::iter::from_fn(|| parts.next(limits)));
+            pieces.extend(std::iter::from_fn(|| parts.next(limits, None)));
         }
         let mut speeds_sq = vec![0.0; pieces.len() + 1];
         for i in (1..pieces.len()).rev() {
