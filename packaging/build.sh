@@ -8,7 +8,7 @@ profile=${2:-release}
 
 # Folders end up in messages of panics: name them alike.
 home=${CARGO_HOME:-$HOME/.cargo}
-flags="--remap-path-prefix=$PWD=/cnc --remap-path-prefix=$home=/cargo"
+flags="--remap-path-prefix=$PWD=/cnc --remap-path-prefix=$home=/cargo -C strip=symbols"
 case $target in
     # What the installed target needs for a binary that asks for no library.
     *-gnu) flags+=" -C target-feature=+crt-static" ;;
