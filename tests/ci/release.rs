@@ -2,6 +2,7 @@
 //! themselves, is run by `cargo test --test ci -- --ignored --nocapture`.
 
 use std::fs;
+use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
@@ -98,7 +99,7 @@ fn every_step_of_the_release_runs() {
             .output()
             .unwrap();
         if !Path::new(String::from_utf8(library.stdout).unwrap().trim()).is_dir() {
-            eprintln!("{target}: its standard library is not installed");
+            writeln!(std::io::stderr(), "{target}: its standard library is not installed").unwrap();
             continue;
         }
         let work = tempfile::tempdir().unwrap();
@@ -120,7 +121,7 @@ fn every_step_of_the_release_runs() {
         }
         for step in steps(&release, "binaries") {
             let (code, printed) = runner.run(&step);
-            eprintln!("{target}: {}\n{printed}", step.name);
+            writeln!(std::io::stderr(), "{target}: {}\n{printed}", step.name).unwrap();
             assert_eq!(code, Some(0), "{target}: {}", step.name);
         }
         let files = fs::read_dir(work.path().join("dist")).unwrap();
