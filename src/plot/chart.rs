@@ -175,13 +175,8 @@ struct Laid {
 impl Laid {
     /// Where a value lies in the drawing.
     fn place(&self, value: f64) -> f64 {
-<<<<<<< HEAD
         let scaled = |value: f64| if self.logarithmic { libm::log10(value) } else { value };
-        let (first, last) = (self.marks[0], self.marks[self.marks.len() - 1]);
-=======
-        let scaled = |value: f64| if self.logarithmic { value.log10() } else { value };
         let [first, last] = self.ends;
->>>>>>> main
         let share = (scaled(value) - scaled(first)) / (scaled(last) - scaled(first));
         self.edges[0] + share * (self.edges[1] - self.edges[0])
     }
