@@ -8,7 +8,7 @@ profile=${2:-release}
 
 # Folders end up in messages of panics: name them alike.
 home=${CARGO_HOME:-$HOME/.cargo}
-flags="--remap-path-prefix=$PWD=/cnc --remap-path-prefix=$home=/cargo"
+flags="--remap-path-prefix=$PWD=/cnc --remap-path-prefix=$home=/cargo -C strip=symbols"
 case $target in
     # What the installed target needs for a binary that asks for no library.
     *-gnu) flags+=" -C target-feature=+crt-static" ;;
@@ -16,10 +16,7 @@ case $target in
     *-musl*) flags+=" -C linker=rust-lld -C link-self-contained=yes" ;;
 esac
 export RUSTFLAGS=$flags
-if [ -z "${SOURCE_DATE_EPOCH:-}" ]; then
-    SOURCE_DATE_EPOCH=$(git log -1 --format=%ct 2>/dev/null || echo 0)
-    export SOURCE_DATE_EPOCH
-fi
+. packaging/epoch.sh
 
 cargo build --quiet --locked --bin cnc --profile "$profile" --target "$target" >&2
 folder=$profile

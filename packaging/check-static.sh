@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # Holds a binary against what is promised of it: it asks for no library, and does a job.
 # Usage: packaging/check-static.sh CNC [RUNNER…], RUNNER as qemu-aarch64-static
+# CNC_HERE names a `cnc` that runs on this computer: then both have to make the same dumps.
 set -euo pipefail
 cnc=$(realpath "$1")
+here=${CNC_HERE:+$(realpath "$CNC_HERE")}
 shift
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
@@ -24,3 +26,12 @@ fi
 "$@" "$cnc" verify samples/good/planes.nc "$work/planes.csv" -q
 env -i "$@" "$cnc" send sim: samples/good/planes.nc -q
 "$@" "$cnc" plot samples/good/planes.nc -o "$work/planes.png"
+
+# Dumps are the same on every computer, to the byte.
+[ -n "$here" ] || exit 0
+for program in samples/good/*.nc; do
+    "$@" "$cnc" interpolate "$program" --csv -o "$work/there.csv" -q
+    "$here" interpolate "$program" --csv -o "$work/here.csv" -q
+    cmp "$work/there.csv" "$work/here.csv"
+done
+echo "the same dumps as $CNC_HERE"

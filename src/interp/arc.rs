@@ -161,7 +161,7 @@ impl ArcTask<'_> {
 
     fn by_radius(&self, word: &Word, faults: &mut Vec<Fault>) -> Option<[f64; 2]> {
         let chord = [0, 1].map(|i| self.end_mm[i] - self.start_mm[i]);
-        let half = chord[0].hypot(chord[1]) / 2.0;
+        let half = libm::hypot(chord[0], chord[1]) / 2.0;
         if 2.0 * half <= FULL_CIRCLE_MM {
             let message = "the arc ends where it starts: R leaves its centre open";
             let [first, second] = self.plane.axes().map(|axis| char::from(center_letter(axis)));
@@ -277,7 +277,7 @@ pub(super) fn sweep_rad(
 }
 
 fn angle(point: [f64; 2], center: [f64; 2]) -> f64 {
-    (point[1] - center[1]).atan2(point[0] - center[0])
+    libm::atan2(point[1] - center[1], point[0] - center[0])
 }
 
 /// Least and greatest position of an arc on the plane's first and second axis: its ends, and
@@ -381,7 +381,7 @@ mod tests {
             x in -100.0..100.0_f64, y in -100.0..100.0_f64, more in 0.01..50.0_f64,
             ccw: bool, long: bool,
         ) {
-            let radius = x.hypot(y) / 2.0 + more;
+            let radius = libm::hypot(x, y) / 2.0 + more;
             let words = format!("R{}", if long { -radius } else { radius });
             let center = center_of(&words, [x, y], ccw).unwrap();
             prop_assert!((distance([0.0, 0.0], center) - radius).abs() < 1e-9 * radius);

@@ -339,7 +339,7 @@ impl Compensation {
                 ways.push((piece.start, arc));
             }
             None => {
-                let by_mm = self.radius_mm * (turn_rad.abs() / 4.0).tan();
+                let by_mm = self.radius_mm * libm::tan(turn_rad.abs() / 4.0);
                 ways.push((plus(last.end, last.end_tangent, by_mm), MoveKind::Rapid));
                 ways.push((plus(piece.start, piece.start_tangent, -by_mm), MoveKind::Rapid));
                 ways.push((piece.start, MoveKind::Rapid));
@@ -531,10 +531,10 @@ fn cross(a: Vector, b: Vector) -> f64 {
 }
 
 fn length(a: Vector) -> f64 {
-    a[0].hypot(a[1])
+    libm::hypot(a[0], a[1])
 }
 
 /// From one direction to another, counter-clockwise.
 fn angle(from: Vector, to: Vector) -> f64 {
-    cross(from, to).atan2(dot(from, to))
+    libm::atan2(cross(from, to), dot(from, to))
 }

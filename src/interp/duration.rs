@@ -101,10 +101,10 @@ fn arc_length_mm(step: &Move) -> f64 {
     let MoveKind::Arc { plane, center_mm, ccw, turns, .. } = step.kind else { return 0.0 };
     let [start, end] = [step.from, step.to].map(|point| plane.axes().map(|axis| point[axis]));
     let [radius_from_mm, radius_to_mm] =
-        [start, end].map(|at| (at[0] - center_mm[0]).hypot(at[1] - center_mm[1]));
+        [start, end].map(|at| libm::hypot(at[0] - center_mm[0], at[1] - center_mm[1]));
     let turn_mm = radius_from_mm.max(radius_to_mm) * sweep_rad(start, end, center_mm, ccw, turns);
     let along_mm = step.to[plane.normal()] - step.from[plane.normal()];
-    turn_mm.hypot(radius_to_mm - radius_from_mm).hypot(along_mm)
+    libm::hypot(libm::hypot(turn_mm, radius_to_mm - radius_from_mm), along_mm)
 }
 
 /// Four decimals at most, never less than the value.

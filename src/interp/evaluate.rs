@@ -69,19 +69,19 @@ impl Parameters {
         let is_fanuc = self.dialect.is_fanuc();
         let value = match function {
             Function::Abs => x.abs(),
-            Function::Acos if x.abs() <= 1.0 => x.acos().to_degrees(),
-            Function::Asin if x.abs() <= 1.0 => x.asin().to_degrees(),
-            Function::Cos => x.to_radians().cos(),
-            Function::Exp => x.exp(),
+            Function::Acos if x.abs() <= 1.0 => libm::acos(x).to_degrees(),
+            Function::Asin if x.abs() <= 1.0 => libm::asin(x).to_degrees(),
+            Function::Cos => libm::cos(x.to_radians()),
+            Function::Exp => libm::exp(x),
             Function::Fix if is_fanuc => x.trunc(),
             Function::Fix => x.floor(),
             Function::Fup if is_fanuc => x.abs().ceil().copysign(x),
             Function::Fup => x.ceil(),
-            Function::Ln if x > 0.0 => x.ln(),
+            Function::Ln if x > 0.0 => libm::log(x),
             Function::Round => x.round(),
-            Function::Sin => x.to_radians().sin(),
+            Function::Sin => libm::sin(x.to_radians()),
             Function::Sqrt if x >= 0.0 => x.sqrt(),
-            Function::Tan => x.to_radians().tan(),
+            Function::Tan => libm::tan(x.to_radians()),
             Function::Acos | Function::Asin | Function::Ln | Function::Sqrt => f64::NAN,
         };
         if value.is_finite() {
@@ -108,7 +108,7 @@ impl Parameters {
         };
         match operator {
             Binary::Power if a < 0.0 && b.fract() != 0.0 => f64::NAN,
-            Binary::Power => a.powf(b),
+            Binary::Power => libm::pow(a, b),
             Binary::Times => a * b,
             Binary::Divide => a / b,
             Binary::Modulo => a.rem_euclid(b),
@@ -123,7 +123,7 @@ impl Parameters {
             Binary::And => bits(|a, b| a & b, |a, b| a && b),
             Binary::Or => bits(|a, b| a | b, |a, b| a || b),
             Binary::Xor => bits(|a, b| a ^ b, |a, b| a != b),
-            Binary::Atan => a.atan2(b).to_degrees(),
+            Binary::Atan => libm::atan2(a, b).to_degrees(),
         }
     }
 }

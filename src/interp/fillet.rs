@@ -60,7 +60,7 @@ fn from(place: Place, direction: Place, by: f64) -> Place {
 }
 
 fn unit(way: Place) -> Place {
-    let length = way[0].hypot(way[1]);
+    let length = libm::hypot(way[0], way[1]);
     [way[0] / length, way[1] / length]
 }
 
@@ -107,7 +107,7 @@ impl Leg {
         let Some((center, _)) = self.round else { return Some(apart) };
         let radius = distance(self.start, center);
         let half = apart / (2.0 * radius);
-        (half <= 1.0).then(|| 2.0 * radius * half.asin())
+        (half <= 1.0).then(|| 2.0 * radius * libm::asin(half))
     }
 
     /// The place of it so far from an end, which is its last one or its first.
@@ -117,7 +117,7 @@ impl Leg {
             return from(end, self.direction(end), sign * apart);
         };
         let angle = self.along(apart).unwrap_or_default() / distance(self.start, center);
-        let (sin, cos) = (if ccw { sign * angle } else { -sign * angle }).sin_cos();
+        let (sin, cos) = libm::sincos(if ccw { sign * angle } else { -sign * angle });
         let out = minus(end, center);
         [center[0] + out[0] * cos - out[1] * sin, center[1] + out[0] * sin + out[1] * cos]
     }
@@ -300,7 +300,7 @@ mod tests {
         ) {
             let corner = [3.0, 4.0];
             let leg = |angle: f64, kind: u8, curve: f64, is_first: bool| {
-                let way = [angle.cos(), angle.sin()];
+                let way = [libm::cos(angle), libm::sin(angle)];
                 let other = from(corner, way, if is_first { -20.0 } else { 20.0 });
                 let (start, end) = if is_first { (other, corner) } else { (corner, other) };
                 if kind == 0 {

@@ -374,7 +374,7 @@ pub(super) fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
             _ => (-1.0, 0.0),
         }
     } else {
-        within.to_radians().sin_cos()
+        libm::sincos(within.to_radians())
     }
 }
 

@@ -166,7 +166,7 @@ impl Executor<'_> {
 
 /// Radius and angle of a place.
 fn polar([first, second]: [f64; 2]) -> (f64, f64) {
-    (first.hypot(second), second.atan2(first).to_degrees())
+    (libm::hypot(first, second), libm::atan2(second, first).to_degrees())
 }
 
 fn from_polar(radius: f64, angle_deg: f64) -> [f64; 2] {

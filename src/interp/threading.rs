@@ -209,7 +209,7 @@ impl Executor<'_> {
             self.forget_position();
             return;
         }
-        let passes = (thread.height_mm / thread.first_mm).powf(thread.degression);
+        let passes = libm::pow(thread.height_mm / thread.first_mm, thread.degression);
         if passes > PASSES_MAX {
             let message = format!("{:.0} passes are more than {PASSES_MAX}", passes.ceil());
             out.faults.push(Fault::block(&rules::BAD_VALUE, block, message));
@@ -223,7 +223,7 @@ impl Executor<'_> {
                 break;
             }
             cut.pass(&thread, depth_mm);
-            depth_mm = thread.first_mm * f64::from(pass).powf(thread.degression.recip());
+            depth_mm = thread.first_mm * libm::pow(f64::from(pass), thread.degression.recip());
         }
         for _ in 0..=thread.spring_passes {
             cut.pass(&thread, thread.height_mm);
@@ -295,7 +295,7 @@ impl Executor<'_> {
             height_mm: value(b'K')? * across,
             first_mm: value(b'J')? * across,
             degression: value(b'R').unwrap_or(1.0).max(1.0),
-            slope: value(b'Q').unwrap_or(0.0).to_radians().tan() * along,
+            slope: libm::tan(value(b'Q').unwrap_or(0.0).to_radians()) * along,
             spring_passes,
             taper_mm: taper_mm * along,
             tapers: [has_taper && ends & 1 != 0, has_taper && ends & 2 != 0],
@@ -342,7 +342,7 @@ impl Cutting<'_, '_, '_> {
             * if thread.taper_mm == 0.0 {
                 1.0
             } else {
-                thread.taper_mm.hypot(thread.height_mm) / thread.taper_mm.abs()
+                libm::hypot(thread.taper_mm, thread.height_mm) / thread.taper_mm.abs()
             };
         self.rapid(&at(clear_mm, begin_mm));
         if thread.tapers[0] {

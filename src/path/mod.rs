@@ -77,8 +77,8 @@ fn arc(step: &Move) -> Option<Arc> {
     let cross = from[0] * to[1] - from[1] * to[0];
     let dot = from[0] * to[0] + from[1] * to[1];
     let full_turn = std::f64::consts::TAU;
-    let apart_mm = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let mut sweep_rad = if apart_mm <= FULL_CIRCLE_MM { 0.0 } else { cross.atan2(dot) };
+    let apart_mm = libm::hypot(to[0] - from[0], to[1] - from[1]);
+    let mut sweep_rad = if apart_mm <= FULL_CIRCLE_MM { 0.0 } else { libm::atan2(cross, dot) };
     if ccw && sweep_rad <= 0.0 {
         sweep_rad += full_turn;
     } else if !ccw && sweep_rad >= 0.0 {
@@ -88,9 +88,9 @@ fn arc(step: &Move) -> Option<Arc> {
     Some(Arc {
         plane,
         center_mm,
-        radius_from_mm: from[0].hypot(from[1]),
-        radius_to_mm: to[0].hypot(to[1]),
-        angle_from_rad: from[1].atan2(from[0]),
+        radius_from_mm: libm::hypot(from[0], from[1]),
+        radius_to_mm: libm::hypot(to[0], to[1]),
+        angle_from_rad: libm::atan2(from[1], from[0]),
         sweep_rad,
     })
 }

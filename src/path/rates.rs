@@ -110,7 +110,7 @@ impl Arc {
     fn derivatives(&self, share: f64) -> [[f64; 2]; 2] {
         let (inward, turn) = (self.radius_to_mm - self.radius_from_mm, self.sweep_rad);
         let radius = self.radius_from_mm + inward * share;
-        let (sin, cos) = (self.angle_from_rad + turn * share).sin_cos();
+        let (sin, cos) = libm::sincos(self.angle_from_rad + turn * share);
         let speed = [inward * cos - radius * turn * sin, inward * sin + radius * turn * cos];
         let (coriolis, toward) = (2.0 * inward * turn, radius * turn * turn);
         [speed, [-coriolis * sin - toward * cos, coriolis * cos - toward * sin]]

@@ -169,7 +169,7 @@ impl Arc {
     /// Position on the plane's first and second axis after a share of the sweep.
     pub fn point_at(&self, share: f64) -> [f64; 2] {
         let radius = self.radius_from_mm + (self.radius_to_mm - self.radius_from_mm) * share;
-        let (sin, cos) = (self.angle_from_rad + self.sweep_rad * share).sin_cos();
+        let (sin, cos) = libm::sincos(self.angle_from_rad + self.sweep_rad * share);
         [self.center_mm[0] + radius * cos, self.center_mm[1] + radius * sin]
     }
 
@@ -193,7 +193,7 @@ fn cosine_max(from_rad: f64, sweep_rad: f64) -> f64 {
     if (high / pi).floor() >= (low / pi).ceil() {
         return 1.0;
     }
-    low.cos().abs().max(high.cos().abs())
+    libm::cos(low).abs().max(libm::cos(high).abs())
 }
 
 #[cfg(test)]
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_helix_is_as_long_as_its_unrolled_triangle() {
-        assert!((helix().length_mm() - (40.0 * PI).hypot(4.0)).abs() < 1e-12);
+        assert!((helix().length_mm() - libm::hypot(40.0 * PI, 4.0)).abs() < 1e-12);
         let quarter = helix().point_at(0.125);
         assert!((quarter[Axis::X] - 10.0).abs() < 1e-12);
         assert!((quarter[Axis::Y] - 10.0).abs() < 1e-12);
@@ -254,7 +254,7 @@ mod tests {
             }
         }
         // x goes as the cosine: its speed is greatest at the end, sin(1.2).
-        assert!((rates[Axis::X] - 1.2_f64.sin() * 9.0 / length).abs() < 1e-12);
+        assert!((rates[Axis::X] - libm::sin(1.2) * 9.0 / length).abs() < 1e-12);
     }
 
     #[test]

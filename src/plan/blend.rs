@@ -309,7 +309,7 @@ impl<'a> Turn<'a> {
     /// by jerk v³ = J/κ², where it is sharpest: κ = |t₂ - t₁| / (2·d·cos²) of half the angle.
     fn speed_mm_s(&self, reach_mm: f64) -> f64 {
         let bend_per_mm = self.change / (2.0 * reach_mm * self.cosine_sq());
-        let by_jerk_mm_s = (self.turn_jerk_mm_s3 / (bend_per_mm * bend_per_mm)).cbrt();
+        let by_jerk_mm_s = libm::cbrt(self.turn_jerk_mm_s3 / (bend_per_mm * bend_per_mm));
         (2.0 * reach_mm * self.change_accel_mm_s2).sqrt().min(by_jerk_mm_s)
     }
 

@@ -151,6 +151,6 @@ fn angle(a: &Point, b: &Point) -> f64 {
     let [a, b] = [a, b].map(|tangent| Axis::LINEAR.map(|axis| tangent[axis]));
     let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let turn_rad = dot(&cross, &cross).sqrt().atan2(dot(&a, &b));
+    let turn_rad = libm::atan2(dot(&cross, &cross).sqrt(), dot(&a, &b));
     if turn_rad > STRAIGHT { turn_rad } else { 0.0 }
 }

@@ -175,7 +175,7 @@ struct Laid {
 impl Laid {
     /// Where a value lies in the drawing.
     fn place(&self, value: f64) -> f64 {
-        let scaled = |value: f64| if self.logarithmic { value.log10() } else { value };
+        let scaled = |value: f64| if self.logarithmic { libm::log10(value) } else { value };
         let [first, last] = self.ends;
         let share = (scaled(value) - scaled(first)) / (scaled(last) - scaled(first));
         self.edges[0] + share * (self.edges[1] - self.edges[0])

@@ -317,7 +317,7 @@ fn diamond([x, y]: [f64; 2], half: f64) -> String {
 /// The speed of a band with two digits.
 fn speed_text(band: f64) -> String {
     let speed_mm_min = 60.0 * speed_of_mm_s(band);
-    let digit = 10_f64.powf(speed_mm_min.log10().floor() - 1.0);
+    let digit = libm::pow(10.0, libm::log10(speed_mm_min).floor() - 1.0);
     let rounded = (speed_mm_min / digit).round() * digit;
     if rounded >= 10.0 { format!("{rounded:.0}") } else { format!("{rounded:.1}") }
 }

@@ -6,7 +6,7 @@
 /// The round step of marks that cuts `range` into at most `most` pieces.
 fn step_of(range: f64, most: usize) -> (f64, i32) {
     let raw = range / most as f64;
-    let exponent = raw.log10().floor() as i32;
+    let exponent = libm::log10(raw).floor() as i32;
     let factors = [1.0, 2.0, 5.0, 10.0];
     let rounded = factors.iter().find(|factor| **factor * power(exponent) >= raw * (1.0 - 1e-9));
     match rounded {
@@ -42,7 +42,8 @@ pub fn linear([low, high]: [f64; 2], most: usize) -> Vec<f64> {
 /// Widens a logarithmic range (above 0) to round values, and gives the marks: 1, 2 and 5 in each
 /// decade, or only 1 where that would be more than `most`.
 pub fn logarithmic([low, high]: [f64; 2], most: usize) -> Vec<f64> {
-    let decades = (low.log10() - 1e-9).floor() as i32..=(high.log10() + 1e-9).floor() as i32;
+    let decades =
+        (libm::log10(low) - 1e-9).floor() as i32..=(libm::log10(high) + 1e-9).floor() as i32;
     let all: Vec<f64> = decades
         .clone()
         .flat_map(|exponent| [1.0, 2.0, 5.0].map(|factor| multiple(1.0, factor, exponent)))

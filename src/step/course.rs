@@ -154,7 +154,7 @@ impl ShortArc {
             radius_mm: arc.radius_from_mm + radius_change_mm * from,
             radius_change_mm: radius_change_mm * (to - from),
             sweep_rad,
-            sin_cos: (arc.angle_from_rad + arc.sweep_rad * from).sin_cos(),
+            sin_cos: libm::sincos(arc.angle_from_rad + arc.sweep_rad * from),
         })
     }
 

@@ -383,13 +383,13 @@ fn ring_bits(drives: f64, byte_bits: f64) -> f64 {
 /// n ms for n from 0 on, and lists them from 1 on: a cycle of 0 ms there is none.)
 pub fn settable_s(least_s: f64) -> f64 {
     let ms = least_s * 1e3 * (1.0 - 1e-9);
-    if ms > 0.5 { ms.ceil() * 1e-3 } else { ms.log2().ceil().exp2() * 1e-3 }
+    if ms > 0.5 { ms.ceil() * 1e-3 } else { libm::exp2(libm::log2(ms).ceil()) * 1e-3 }
 }
 
 /// The greatest cycle of SERCOS up to a time.
 fn settable_below_s(most_s: f64) -> f64 {
     let ms = most_s * 1e3 * (1.0 + 1e-9);
-    if ms >= 1.0 { ms.floor() * 1e-3 } else { ms.log2().floor().exp2() * 1e-3 }
+    if ms >= 1.0 { ms.floor() * 1e-3 } else { libm::exp2(libm::log2(ms).floor()) * 1e-3 }
 }
 
 #[cfg(test)]

@@ -75,9 +75,9 @@ impl Count {
 /// up to 90°.
 pub fn octant_pulses(radius_pulses: f64, angle_rad: f64) -> f64 {
     if angle_rad <= PI / 4.0 {
-        radius_pulses * angle_rad.sin()
+        radius_pulses * libm::sin(angle_rad)
     } else {
-        radius_pulses * (2.0_f64.sqrt() - angle_rad.cos())
+        radius_pulses * (2.0_f64.sqrt() - libm::cos(angle_rad))
     }
 }
 
@@ -122,7 +122,7 @@ fn longest(segment: &Segment, machine: &Machine) -> f64 {
 fn steepest(segment: &Segment, arc: &Arc, machine: &Machine) -> f64 {
     let [x, y] = plane_scale(arc, machine);
     let radius_mm = arc.radius_from_mm.min(arc.radius_to_mm);
-    let least_a_radian = radius_mm * x * y / x.hypot(y);
+    let least_a_radian = radius_mm * x * y / libm::hypot(x, y);
     let across = ways(segment, machine)[arc.plane.normal()].unsigned_abs() as f64;
     across / arc.sweep_rad.abs() / least_a_radian
 }
@@ -166,7 +166,7 @@ struct Stretches {
 
 impl Stretches {
     fn new(arc: &Arc, scale: [f64; 2]) -> Stretches {
-        let equal_rad = (scale[1] / scale[0]).atan();
+        let equal_rad = libm::atan(scale[1] / scale[0]);
         let (angle_from_rad, sweep_rad) = (arc.angle_from_rad, arc.sweep_rad);
         Stretches { angle_from_rad, sweep_rad, equal_rad, share: 0.0 }
     }
@@ -390,7 +390,7 @@ impl PulseArc<'_> {
     fn share(&self, position: &AxisMap<i64>, stretch: &Stretch) -> f64 {
         let [x, y] = self.center_to_mm(position);
         let middle = 0.5 * (stretch.shares[0] + stretch.shares[1]);
-        let turned = y.atan2(x) - (self.arc.angle_from_rad + self.arc.sweep_rad * middle);
+        let turned = libm::atan2(y, x) - (self.arc.angle_from_rad + self.arc.sweep_rad * middle);
         let near = turned - (turned / TAU).round() * TAU;
         (middle + near / self.arc.sweep_rad).clamp(0.0, 1.0)
     }
@@ -400,7 +400,7 @@ impl PulseArc<'_> {
         let [x, y] = self.center_to_mm(position);
         let (from, to) = (self.arc.radius_from_mm, self.arc.radius_to_mm);
         let share = if from == to { 0.0 } else { self.share(position, stretch) };
-        x.hypot(y) - (from + (to - from) * share)
+        libm::hypot(x, y) - (from + (to - from) * share)
     }
 
     /// Where the axis across the plane belongs.

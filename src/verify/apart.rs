@@ -332,7 +332,7 @@ mod tests {
     fn long_ways_far_apart_take_little_work() {
         let line = |y: f64| -> Polyline {
             (0..20_000)
-                .map(|k| [f64::from(k) * 0.01, y + (f64::from(k) * 0.001).sin(), 0.0])
+                .map(|k| [f64::from(k) * 0.01, y + libm::sin(f64::from(k) * 0.001), 0.0])
                 .collect()
         };
         let found = measured(&line(0.0), &line(50.0), 0.01);

@@ -129,7 +129,7 @@ where
         // The wider the distance, the more of the path is in the window at once.
         let mut base_mm = bound_mm;
         while found.least_mm.is_none() && !found.gave_up && base_mm < 1000.0 {
-            let rungs = std::array::from_fn(|rung| base_mm * ((rung + 1) as f64 / 8.0).exp2());
+            let rungs = std::array::from_fn(|rung| base_mm * libm::exp2((rung + 1) as f64 / 8.0));
             found = found.then(self.ladder(&rungs, base_mm, WORK_MAX)?);
             base_mm = rungs[RUNGS - 1];
         }

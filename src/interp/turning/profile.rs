@@ -68,7 +68,7 @@ fn middle(a: Vector, b: Vector) -> Vector {
 }
 
 pub(super) fn length(a: Vector) -> f64 {
-    a[0].hypot(a[1])
+    libm::hypot(a[0], a[1])
 }
 
 fn dot(a: Vector, b: Vector) -> f64 {

@@ -108,7 +108,7 @@ impl Executor<'_> {
         let along = (end[Axis::Z] - start[Axis::Z]).signum();
         let above_mm = inwards * (height.1 - depth_mm);
         let mut at = start;
-        at[Axis::Z] += along * depth_mm * (form.angle_deg / 2.0).to_radians().tan();
+        at[Axis::Z] += along * depth_mm * libm::tan((form.angle_deg / 2.0).to_radians());
         self.go_lathe(block, &at, MoveKind::Rapid, out);
         at[Axis::X] = thread.begin()[Axis::X] - above_mm;
         self.go_lathe(block, &at, MoveKind::Rapid, out);

@@ -97,7 +97,7 @@ impl JerkLimit {
 
     /// Square of the speed at which turning takes its share of an axis's jerk, and the axis.
     pub fn speed_sq_max(&self) -> Option<(f64, Axis)> {
-        let speed_mm_s = (TURN_SHARE / self.turn).cbrt();
+        let speed_mm_s = libm::cbrt(TURN_SHARE / self.turn);
         (self.turn > 0.0).then_some((speed_mm_s * speed_mm_s, self.turn_axis))
     }
 

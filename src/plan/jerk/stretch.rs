@@ -78,7 +78,7 @@ impl State {
     pub fn rising_s(&self, length_mm: f64, jerk_mm_s3: f64) -> f64 {
         let at_speed_s = length_mm / self.speed_mm_s;
         let at_accel_s = (2.0 * length_mm / self.accel_mm_s2).sqrt();
-        let at_jerk_s = (6.0 * length_mm / jerk_mm_s3).cbrt();
+        let at_jerk_s = libm::cbrt(6.0 * length_mm / jerk_mm_s3);
         at_speed_s.min(at_accel_s).min(at_jerk_s) * (1.0 + 1e-9)
     }
 }

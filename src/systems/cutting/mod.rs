@@ -27,13 +27,13 @@ pub fn feed_mm_min(rpm: f64, teeth: u32, feed_tooth_mm: f64) -> f64 {
 
 /// Mean chip thickness h_m (eq. 5.6).
 pub fn chip_mm(tool: &Tool, feed_tooth_mm: f64, width_mm: f64, engaged_deg: f64) -> f64 {
-    let sine = tool.edge_angle_deg.to_radians().sin();
+    let sine = libm::sin(tool.edge_angle_deg.to_radians());
     360.0 * feed_tooth_mm * width_mm * sine / (PI * tool.diameter_mm * engaged_deg)
 }
 
 /// Specific cutting force k_c in N/mm² (eq. 5.5).
 pub fn specific_force_n_mm2(tool: &Tool, material: &Material, chip_mm: f64) -> f64 {
-    (1.0 - 0.01 * tool.rake_deg) / chip_mm.powf(material.mc) * material.kc11_n_mm2
+    (1.0 - 0.01 * tool.rake_deg) / libm::pow(chip_mm, material.mc) * material.kc11_n_mm2
 }
 
 /// Power in kW at the spindle's motor (eq. 5.4), of a product of depth and width.
@@ -43,7 +43,7 @@ pub fn power_kw(section_mm2: f64, feed_mm_min: f64, force_n_mm2: f64, efficiency
 
 /// The angle over which a tooth is in the work, by the width of the cut.
 pub fn engaged_deg(diameter_mm: f64, width_mm: f64) -> f64 {
-    (1.0 - 2.0 * width_mm / diameter_mm).clamp(-1.0, 1.0).acos().to_degrees()
+    libm::acos((1.0 - 2.0 * width_mm / diameter_mm).clamp(-1.0, 1.0)).to_degrees()
 }
 
 /// A mill in a material, at a depth and a width.
@@ -133,7 +133,7 @@ impl Cut {
         let feed_tooth_mm = feed_mm_min / (rpm * f64::from(self.tool.teeth));
         let chip_mm = chip_mm(&self.tool, feed_tooth_mm, self.width_mm, self.engaged_deg());
         let force_n_mm2 = specific_force_n_mm2(&self.tool, &self.material, chip_mm);
-        let sine = self.tool.edge_angle_deg.to_radians().sin();
+        let sine = libm::sin(self.tool.edge_angle_deg.to_radians());
         let section_mm2 = self.depth_mm * self.width_mm;
         Load {
             feed_mm_min,
@@ -148,6 +148,6 @@ impl Cut {
     /// The feed that takes a power: by 5.4 to 5.6 the power goes as the feed to 1 - m_c.
     pub fn feed_for_mm_min(&self, power_kw: f64, rpm: f64) -> f64 {
         let at_one = self.load(1.0, rpm).power_kw;
-        (power_kw / at_one).powf(1.0 / (1.0 - self.material.mc))
+        libm::pow(power_kw / at_one, 1.0 / (1.0 - self.material.mc))
     }
 }

@@ -99,10 +99,10 @@ fn equations_of(segment: Segment, machine: &Machine, constants: Constants) -> Eq
         Curve::Arc(arc) => {
             let [x, y] = arc.plane.axes();
             (way_steps[x], way_steps[y]) = (0.0, 0.0);
-            let shrink = (arc.radius_to_mm / arc.radius_from_mm).powf(1.0 / ticks as f64);
+            let shrink = libm::pow(arc.radius_to_mm / arc.radius_from_mm, 1.0 / ticks as f64);
             let angle_rad = arc.sweep_rad / ticks as f64;
             let (sin, cos) = match constants {
-                Constants::Exact => angle_rad.sin_cos(),
+                Constants::Exact => libm::sincos(angle_rad),
                 Constants::SmallAngle => (angle_rad, 1.0),
             };
             let ratio = scale[x] / scale[y];

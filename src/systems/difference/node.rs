@@ -58,7 +58,7 @@ impl Default for Range {
 
 /// Bits that hold whole numbers up to a magnitude.
 fn whole_bits(magnitude: f64) -> u32 {
-    (magnitude.floor() + 1.0).log2().ceil() as u32
+    libm::log2(magnitude.floor() + 1.0).ceil() as u32
 }
 
 impl Range {

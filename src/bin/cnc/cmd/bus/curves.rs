@@ -233,7 +233,7 @@ fn over_frequency(
     args: &Args,
     usual: Setting,
 ) -> impl Iterator<Item = (u32, Vec<Setting>)> {
-    let usual_hz = || (0..=100).map(|at| 10_f64.powf(1.0 + f64::from(at) / 50.0)).collect();
+    let usual_hz = || (0..=100).map(|at| libm::pow(10.0, 1.0 + f64::from(at) / 50.0)).collect();
     let frequencies = args.frequency.as_ref().map_or_else(usual_hz, |list| list.0.clone());
     bauds(interface, args, &BAUDS).into_iter().map(move |baud| {
         let usual = Setting { baud, ..usual };
