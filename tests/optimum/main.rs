@@ -13,8 +13,12 @@ mod plane;
 mod programs;
 #[path = "../ways/mod.rs"]
 mod ways;
-use plane::least_s;
 use ways::{arc, at, line, moves};
+
+/// The least time from rest to rest.
+fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
+    plane::fastest(segments, machine).windows(2).map(plane::time_s).sum()
+}
 
 fn planned_s(segments: &[Segment], machine: &Machine) -> f64 {
     let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
@@ -87,6 +91,21 @@ fn circles_native_and_chopped() {
         };
         let way: Vec<_> = (1..=chords).map(|k| (to(k), line(feed))).collect();
         check("chopped circle", &way);
+    }
+}
+
+/// Chords of curves that open: the end of a chord may be faster than its start can ever be.
+#[test]
+fn opening_curves() {
+    for start in 0..12 {
+        let (mut angle, mut x, mut y) = (0.52 * f64::from(start), 0.0, 0.0);
+        let way = (0..40).map(|k| {
+            let chord_mm = 0.1 * 1.05_f64.powi(k);
+            angle += 0.2 * 0.94_f64.powi(k);
+            (x, y) = (x + chord_mm * angle.cos(), y + chord_mm * angle.sin());
+            (at(x, y, 0.0), line(1000.0))
+        });
+        check("opening curve", &way.collect::<Vec<_>>());
     }
 }
 
