@@ -24,7 +24,13 @@ const DEEP: f64 = 1e-3;
 const CLASSES: usize = 24;
 
 /// Places behind a valley up to which climbs are looked at.
-const PLACES: usize = 24;
+const PLACES: usize = 12;
+
+/// Halvings of a range of times.
+const HALVINGS: u32 = 20;
+
+/// Arcs between two climbs that are tried.
+const ARCS: u32 = 12;
 
 /// A place of the path.
 struct Place {
@@ -153,7 +159,7 @@ fn first(is_so: impl Fn(f64) -> bool) -> f64 {
     while !is_so(high) && high < 1e6 {
         (low, high) = (high, 2.0 * high);
     }
-    for _ in 0..40 {
+    for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         *if is_so(middle) { &mut high } else { &mut low } = middle;
     }
@@ -165,7 +171,7 @@ fn way_max_mm(time_s: f64, [u, w]: &[Climb; 2]) -> f64 {
     let limits = u.limits;
     // Where the climbs meet.
     let (mut low_s, mut high_s) = (0.0, time_s);
-    for _ in 0..40 {
+    for _ in 0..HALVINGS {
         let middle_s = 0.5 * (low_s + high_s);
         let below = u.after(middle_s).1 < w.after(time_s - middle_s).1;
         *if below { &mut low_s } else { &mut high_s } = middle_s;
@@ -178,8 +184,8 @@ fn way_max_mm(time_s: f64, [u, w]: &[Climb; 2]) -> f64 {
         most_mm = most_mm.min(ways_mm + (time_s - tops_s[0] - tops_s[1]) * limits.speed_mm_s);
     }
     // An arc -j over 2·half lies above its chord by j·(2·half)³/12 in all.
-    for k in 1..=20 {
-        let half_s = up_s.min(down_s) * f64::from(k) / 20.0;
+    for k in 1..=ARCS {
+        let half_s = up_s.min(down_s) * f64::from(k) / f64::from(ARCS);
         let (up_mm, up_mm_s) = u.after(up_s - half_s);
         let (down_mm, down_mm_s) = w.after(down_s - half_s);
         let arc_mm = limits.jerk_mm_s3 * (2.0 * half_s).powi(3) / 12.0;
@@ -219,44 +225,42 @@ fn classes(place: &Place) -> Vec<[f64; 2]> {
     (0..CLASSES).map(|k| [accel(k), accel(k + 1)]).collect()
 }
 
+/// The least sums up to the end of a hump, by the class of acceleration there, from those up to its start.
+fn over(hump: &[Place], sums_s: &[f64]) -> Vec<f64> {
+    let (start, end) = (&hump[0], &hump[hump.len() - 1]);
+    let limits = hump.iter().fold(start.limits, |most, place| most.loosest(place.limits));
+    let [length_mm, floor_s] = [end.at_mm - start.at_mm, end.at_s - start.at_s];
+    let speed = |k: &usize| hump[*k].speed_mm_s;
+    let top = (0..hump.len()).max_by(|a, b| speed(a).total_cmp(&speed(b))).unwrap_or(0);
+    let climb =
+        |place: &Place, accel_mm_s2| Climb { speed_mm_s: place.speed_mm_s, accel_mm_s2, limits };
+    let up = |class: &[f64; 2]| (climb(start, class[1]), lost_s(hump[..=top].iter(), class[1]));
+    let ups: Vec<_> = classes(start).iter().map(up).collect();
+    let least_s = |class: &[f64; 2]| {
+        let down = climb(end, -class[0]);
+        let down_lost_s = lost_s(hump[top..].iter().rev(), -class[0]);
+        let mut best_s = f64::INFINITY;
+        for ((up, up_lost_s), sum_s) in ups.iter().zip(sums_s) {
+            let change_s = (class[0] - up.accel_mm_s2) / limits.jerk_mm_s3;
+            let floor_s = (floor_s + up_lost_s + down_lost_s).max(change_s);
+            let is_enough = |time_s| way_max_mm(time_s, &[*up, down]) >= length_mm;
+            if sum_s + floor_s >= best_s || best_s < f64::INFINITY && !is_enough(best_s - sum_s) {
+                continue;
+            }
+            let is_floor = is_enough(floor_s);
+            let more_s = if is_floor { 0.0 } else { first(|more_s| is_enough(floor_s + more_s)) };
+            best_s = best_s.min(sum_s + floor_s + more_s);
+        }
+        best_s
+    };
+    classes(end).iter().map(least_s).collect()
+}
+
 /// The least sum.
 pub fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
     let places = places(segments, machine);
-    let valleys = valleys(&places);
-    let mut sums_s = vec![0.0];
-    for pair in valleys.windows(2) {
-        let hump = &places[pair[0]..=pair[1]];
-        let (start, end) = (&hump[0], &hump[hump.len() - 1]);
-        let limits = hump.iter().fold(start.limits, |most, place| most.loosest(place.limits));
-        let [length_mm, floor_s] = [end.at_mm - start.at_mm, end.at_s - start.at_s];
-        let top = |k: &usize| hump[*k].speed_mm_s;
-        let top = (0..hump.len()).max_by(|a, b| top(a).total_cmp(&top(b))).unwrap_or(0);
-        let climb = |place: &Place, accel_mm_s2| Climb {
-            speed_mm_s: place.speed_mm_s,
-            accel_mm_s2,
-            limits,
-        };
-        let ups: Vec<_> = classes(start)
-            .iter()
-            .map(|class| (climb(start, class[1]), lost_s(hump[..=top].iter(), class[1])))
-            .collect();
-        let next = classes(end).into_iter().map(|class| {
-            let down = climb(end, -class[0]);
-            let down_lost_s = lost_s(hump[top..].iter().rev(), -class[0]);
-            let over_s = |((up, up_lost_s), sum_s): (&(Climb, f64), &f64)| {
-                let change_s = (-down.accel_mm_s2 - up.accel_mm_s2) / limits.jerk_mm_s3;
-                let at_least_s = (floor_s + up_lost_s + down_lost_s).max(change_s);
-                let climbs = [*up, down];
-                if way_max_mm(at_least_s, &climbs) >= length_mm {
-                    return sum_s + at_least_s;
-                }
-                sum_s
-                    + at_least_s
-                    + first(|time_s| way_max_mm(at_least_s + time_s, &climbs) >= length_mm)
-            };
-            ups.iter().zip(&sums_s).map(over_s).fold(f64::INFINITY, f64::min)
-        });
-        sums_s = next.collect();
-    }
+    let humps = valleys(&places);
+    let humps = humps.windows(2).map(|pair| &places[pair[0]..=pair[1]]);
+    let sums_s = humps.fold(vec![0.0], |sums_s, hump| over(hump, &sums_s));
     sums_s.into_iter().fold(f64::INFINITY, f64::min)
 }
