@@ -10,7 +10,7 @@ mod segment;
 mod spline;
 
 pub use jog::{JogError, jog};
-pub use rates::Rates;
+pub use rates::{Rates, RatesRef};
 pub use segment::{Arc, Curve, PathItem, Segment};
 pub use spline::{MeasuredSpline, Span};
 

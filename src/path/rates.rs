@@ -15,6 +15,15 @@ pub struct Rates {
     pub bend_per_mm: Point,
 }
 
+/// [`Rates`] that lie elsewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct RatesRef<'a> {
+    /// See [`Rates`].
+    pub tangent: &'a Point,
+    /// See [`Rates`].
+    pub bend_per_mm: &'a Point,
+}
+
 impl Segment {
     /// The derivatives after a share of the way, from 0 to 1; zero on a segment without length. On a
     /// spline those at the end of the span that the place lies in.
@@ -65,6 +74,11 @@ impl Segment {
 }
 
 impl Rates {
+    /// The same, where they lie.
+    pub fn by_ref(&self) -> RatesRef<'_> {
+        RatesRef { tangent: &self.tangent, bend_per_mm: &self.bend_per_mm }
+    }
+
     /// Part of the way to others.
     pub fn toward(&self, end: &Rates, share: f64) -> Rates {
         let between = |from: &Point, to: &Point| {

@@ -59,13 +59,13 @@ impl Cuts {
     /// piece. Else as [`Cuts::new`].
     pub fn of_line(
         segment: &Arc<Segment>,
-        start: &End,
+        end: &End,
         limits: &Limits,
         ramps: bool,
         first: Junction,
         has_seam: bool,
     ) -> Cuts {
-        let mut whole = Piece::whole(segment, start.length_mm, &start.tangent, limits);
+        let mut whole = Piece::whole(segment, end.length_mm, &end.tangent, limits);
         if !ramps {
             whole.without_ramps();
         }
@@ -77,11 +77,11 @@ impl Cuts {
         Cuts::Many(Parts::Line(Box::new(LineParts { whole, length_mm, share, junction: first })))
     }
 
-    /// Of a segment with this start, and this junction there. Without ramps lines and arcs are run at the speed that
+    /// Of a segment with this end, and this junction at its start. Without ramps lines and arcs are run at the speed that
     /// the whole of them can be run at, whatever accelerations that takes.
     pub fn new(
         segment: &Arc<Segment>,
-        start: &End,
+        end: &End,
         limits: &Limits,
         ramps: bool,
         first: Junction,
@@ -93,8 +93,8 @@ impl Cuts {
             return Cuts::Many(Parts::Spline(pieces.into_iter()));
         }
         let mut whole = match &segment.curve {
-            Curve::Line => Piece::whole(segment, start.length_mm, &start.tangent, limits),
-            _ => Piece::whole(segment, start.length_mm, &segment.axis_speeds(), limits),
+            Curve::Line => Piece::whole(segment, end.length_mm, &end.tangent, limits),
+            _ => Piece::whole(segment, end.length_mm, &segment.axis_speeds(), limits),
         };
         if !ramps {
             whole.without_ramps();

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use crate::base::{Axis, Point};
-use crate::path::{Curve, Rates, Segment, Span};
+use crate::path::{Curve, Rates, RatesRef, Segment, Span};
 
 use super::jerk::JerkLimit;
 use super::junction::{Bend, Junction};
@@ -170,14 +170,14 @@ impl Piece {
         if self.segment.curve != Curve::Line || bends.iter().all(Option::is_none) {
             return;
         }
-        let ends = bends.map(|bend| Rates {
-            tangent: *tangent,
-            bend_per_mm: bend.map_or(Point::ZERO, |bend| bend.per_mm),
+        let ends = bends.map(|bend| RatesRef {
+            tangent,
+            bend_per_mm: bend.map_or(&Point::ZERO, |bend| &bend.per_mm),
         });
         let straight_mm_s2 = limits.axes.iter().fold(f64::INFINITY, |least, limit| {
             least.min(limit.accel_max_mm_s2 / tangent[limit.axis].abs())
         });
-        self.hold_jerk(&ends, limits);
+        self.hold_jerk(ends, limits);
         let piece_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
         let fastest_sq = bends.map(|bend| {
             let Some(bend) = bend else { return 0.0 };
@@ -185,7 +185,7 @@ impl Piece {
             let peak_sq = (junction_sq + straight_mm_s2 * self.length_mm).min(piece_sq);
             (junction_sq * peak_sq).sqrt()
         });
-        self.grip = self.held(&ends, fastest_sq, limits);
+        self.grip = self.held(ends, fastest_sq, limits);
     }
 
     /// Lets it change its speed at once.
@@ -234,11 +234,12 @@ impl Piece {
         limits: &Limits,
     ) -> Piece {
         let mut piece = Piece::at_feed(segment, shares, length_mm);
+        let ends = ends.each_ref().map(Rates::by_ref);
         for limit in &limits.axes {
             let axis = limit.axis;
-            let rates = ends.each_ref().map(|rates| rates.tangent[axis].abs() * INSIDE);
+            let rates = ends.map(|rates| rates.tangent[axis].abs() * INSIDE);
             piece.hold_speed(limit, rates);
-            let bends = ends.each_ref().map(|rates| rates.bend_per_mm[axis].abs() * INSIDE);
+            let bends = ends.map(|rates| rates.bend_per_mm[axis].abs() * INSIDE);
             let curved_sq = bends.map(|bend| limit.accel_max_mm_s2 / bend);
             piece.hold_ends(curved_sq, Bound::Curvature(axis));
         }
@@ -253,7 +254,7 @@ impl Piece {
     }
 
     /// Holds the speed at which the curve's own turn takes its share of the axes' jerk.
-    fn hold_jerk(&mut self, ends: &[Rates; 2], limits: &Limits) {
+    fn hold_jerk(&mut self, ends: [RatesRef<'_>; 2], limits: &Limits) {
         self.jerk = JerkLimit::bent(ends, limits);
         if let Some((speed_sq, axis)) = self.jerk.speed_sq_max() {
             self.bounded_by(speed_sq, Bound::Curvature(axis));
@@ -262,18 +263,18 @@ impl Piece {
 
     /// How the axes hold a piece with these derivatives at its ends, where these squares of speeds go
     /// with the bends.
-    fn held(&self, ends: &[Rates; 2], fastest_sq: [f64; 2], limits: &Limits) -> Grip {
+    fn held(&self, ends: [RatesRef<'_>; 2], fastest_sq: [f64; 2], limits: &Limits) -> Grip {
         let mut pulls = Pulls::new();
         let (mut even_sq, mut accel_mm_s2) = (f64::INFINITY, f64::INFINITY);
         for limit in &limits.axes {
             let (axis, most_mm_s2) = (limit.axis, limit.accel_max_mm_s2);
             let rests =
-                |rates: &Rates| rates.tangent[axis] == 0.0 && rates.bend_per_mm[axis] == 0.0;
+                |rates: &RatesRef<'_>| rates.tangent[axis] == 0.0 && rates.bend_per_mm[axis] == 0.0;
             if ends.iter().all(rests) {
                 continue;
             }
-            let [t0, t1] = ends.each_ref().map(|rates| rates.tangent[axis] * INSIDE);
-            let [b0, b1] = ends.each_ref().map(|rates| rates.bend_per_mm[axis] * INSIDE);
+            let [t0, t1] = ends.map(|rates| rates.tangent[axis] * INSIDE);
+            let [b0, b1] = ends.map(|rates| rates.bend_per_mm[axis] * INSIDE);
             even_sq = even_sq.min(most_mm_s2 / b0.abs().max(b1.abs()));
             let along = 0.5 / self.length_mm;
             pulls.push(Pull { from: (b0 - t0 * along) / most_mm_s2, to: t0 * along / most_mm_s2 });
@@ -322,10 +323,10 @@ impl Piece {
     }
 
     /// The same for a bend: the sagitta over a way w is w²/8 of it.
-    fn hold_sagitta(&mut self, ends: &[Rates; 2], limits: &Limits) {
+    fn hold_sagitta(&mut self, ends: [RatesRef<'_>; 2], limits: &Limits) {
         let tick_s = limits.tick_s;
         let off_mm = CHORD_SHARE * limits.path_tolerance_mm;
-        let squares = ends.each_ref().map(|rates| {
+        let squares = ends.map(|rates| {
             let bend = Axis::LINEAR.map(|axis| rates.bend_per_mm[axis].powi(2));
             8.0 * off_mm / bend.iter().sum::<f64>().sqrt() / (tick_s * tick_s)
         });

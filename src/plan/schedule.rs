@@ -1,8 +1,6 @@
 //! Pieces with speeds → profiles: on the time axis, in node buffers, and with corners at rest on
 //! tick boundaries where a tick's chord would cut them too far.
 
-use std::sync::Arc;
-
 use crate::base::{Event, Machine, Point};
 use crate::path::PathItem;
 
@@ -84,7 +82,7 @@ impl Schedule {
                 Planned::Seam(kind)
             }
             Decided::Piece { piece, ends_mm_s, ramp, at_seam, .. } => {
-                self.piece(&piece, ends_mm_s, ramp, at_seam)
+                self.piece(piece, ends_mm_s, ramp, at_seam)
             }
         }
     }
@@ -99,9 +97,12 @@ impl Schedule {
         Planned::Event(event)
     }
 
-    fn piece(&mut self, piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Planned {
-        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
-        let mut profile = self.profile(piece, bound, ramp);
+    fn piece(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Planned {
+        let bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
+        let [start, end] = self.from_now(&ramp);
+        let Piece { segment, shares, .. } = piece;
+        let buffer = self.buffer;
+        let mut profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
         let has_to_wait = if self.has_ramps {
             ends_mm_s[0] == 0.0 && !self.guard.allows_within(self.way_left_mm())
         } else {
@@ -109,23 +110,15 @@ impl Schedule {
         };
         if has_to_wait {
             self.wait_for_boundary();
-            profile = self.profile(piece, bound, profile.ramp);
+            [profile.start, profile.end] = self.from_now(&profile.ramp);
         }
         self.advance(&profile);
-        Planned::Profile(Box::new(profile))
+        Planned::Profile(profile)
     }
 
-    fn profile(&self, piece: &Piece, bound: Bound, ramp: Ramp) -> Profile {
-        let end = self.now.after(ramp.duration_s() / self.tick_s);
-        Profile {
-            segment: Arc::clone(&piece.segment),
-            shares: piece.shares,
-            ramp,
-            start: self.now,
-            end,
-            buffer: self.buffer,
-            bound,
-        }
+    /// When a ramp starts and ends that starts now.
+    fn from_now(&self, ramp: &Ramp) -> [Moment; 2] {
+        [self.now, self.now.after(ramp.duration_s() / self.tick_s)]
     }
 
     /// The way that can be made from rest in what is left of the tick.

@@ -36,7 +36,8 @@ struct Waiting {
     segment: Arc<Segment>,
     /// Its number.
     index: u64,
-    ends: [End; 2],
+    /// On a line its start has the same tangent.
+    end: End,
     /// At its start.
     junction: Junction,
     bend: Option<Bend>,
@@ -103,40 +104,40 @@ impl<'a> Cutter<'a> {
         }
         let index = self.index;
         self.index += 1;
-        let ends = End::both(&segment, length_mm);
+        let [start, end] = End::both(&segment, length_mm);
         let Some(before) = self.waiting.take() else {
             let (junction, bend) = (Junction::REST, None);
-            self.waiting = Some(Waiting { segment, index, ends, junction, bend });
+            self.waiting = Some(Waiting { segment, index, end, junction, bend });
             return;
         };
-        let (mut junction, mut bend) = Junction::between(&before.ends[1], &ends[0], &self.limits);
+        let (mut junction, mut bend) = Junction::between(&before.end, &start, &self.limits);
         if self.feed != Feed::LookAhead {
             (junction, bend) = (junction.stopped(), None);
         }
-        self.waiting = Some(Waiting { segment, index, ends, junction, bend });
+        self.waiting = Some(Waiting { segment, index, end, junction, bend });
         self.begin(&before, bend, ahead);
     }
 
     /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
     fn begin(&mut self, whole: &Waiting, bend_after: Option<Bend>, ahead: &mut LookAhead) {
         let ramps = self.feed != Feed::Constant;
-        let [start, _] = &whole.ends;
-        let (index, tangent) = (whole.index, start.tangent);
+        let (index, end) = (whole.index, &whole.end);
         let (segment, limits, junction) = (&whole.segment, &self.limits, whole.junction);
         let cuts = match (self.seams, &segment.curve) {
             (Some(seams), Curve::Line) => {
                 let has_seam = seams.within(self.next_seam, index).is_some();
-                Cuts::of_line(segment, start, limits, ramps, junction, has_seam)
+                Cuts::of_line(segment, end, limits, ramps, junction, has_seam)
             }
-            _ => Cuts::new(segment, start, limits, ramps, junction),
+            _ => Cuts::new(segment, end, limits, ramps, junction),
         };
         match cuts {
             Cuts::One(piece) => {
                 let bends = [whole.bend.as_ref(), bend_after.as_ref()];
-                self.give(piece, index, &tangent, bends, ahead);
+                self.give(piece, index, &end.tangent, bends, ahead);
             }
             Cuts::Many(parts) => {
                 let bends = [whole.bend, bend_after];
+                let tangent = end.tangent;
                 let cutting = Cutting { index, tangent, bends, parts, is_at_seam: false };
                 self.cutting = Some(Box::new(cutting));
             }

@@ -12,7 +12,7 @@
 //! under acceleration takes, 3·x''·v·a, are held so that a share of the jerk is always left.
 
 use crate::base::{Axis, Point};
-use crate::path::Rates;
+use crate::path::RatesRef;
 use crate::plan::limits::Limits;
 
 use super::stretch::State;
@@ -58,12 +58,12 @@ impl JerkLimit {
     }
 
     /// Along a bent piece with these derivatives at its ends.
-    pub fn bent(ends: &[Rates; 2], limits: &Limits) -> JerkLimit {
+    pub fn bent(ends: [RatesRef<'_>; 2], limits: &Limits) -> JerkLimit {
         let mut limit = JerkLimit::NONE;
         if !limits.has_jerk {
             return limit;
         }
-        let bend_sq = |rates: &Rates| {
+        let bend_sq = |rates: &RatesRef<'_>| {
             Axis::LINEAR.iter().map(|axis| rates.bend_per_mm[*axis].powi(2)).sum::<f64>()
         };
         let turn_sq = bend_sq(&ends[0]).max(bend_sq(&ends[1]));
@@ -71,10 +71,10 @@ impl JerkLimit {
             let Some(jerk_mm_s3) = profile.jerk_max_mm_s3 else { continue };
             let axis = profile.axis;
             let [rate, bend] = [
-                |rates: &Rates, axis| rates.tangent[axis],
-                |rates: &Rates, axis| rates.bend_per_mm[axis],
+                |rates: &RatesRef<'_>, axis| rates.tangent[axis],
+                |rates: &RatesRef<'_>, axis| rates.bend_per_mm[axis],
             ]
-            .map(|of: fn(&Rates, Axis) -> f64| {
+            .map(|of: fn(&RatesRef<'_>, Axis) -> f64| {
                 f64::max(of(&ends[0], axis).abs(), of(&ends[1], axis).abs())
             });
             limit.along_mm_s3 = limit.along_mm_s3.min(jerk_mm_s3 / rate);

@@ -206,8 +206,8 @@ mod tests {
             let curve = Curve::Arc(arc);
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
             let segment = std::sync::Arc::new(segment);
-            let [start, _] = End::both(&segment, segment.length_mm());
-            let cuts = Cuts::new(&segment, &start, limits, true, Junction::STRAIGHT);
+            let [_, end] = End::both(&segment, segment.length_mm());
+            let cuts = Cuts::new(&segment, &end, limits, true, Junction::STRAIGHT);
             let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
             pieces.extend(std::iter::from_fn(|| parts.next(limits, None)));
         }
