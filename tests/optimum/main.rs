@@ -100,9 +100,8 @@ fn opening_curves() {
     for start in 0..12 {
         let (mut angle, mut x, mut y) = (0.52 * f64::from(start), 0.0, 0.0);
         let way = (0..40).map(|k| {
-            let chord_mm = 0.1 * 1.05_f64.powi(k);
-            angle += 0.2 * 0.94_f64.powi(k);
-            (x, y) = (x + chord_mm * angle.cos(), y + chord_mm * angle.sin());
+            angle += 0.3 * 0.8_f64.powi(k);
+            (x, y) = (x + 0.15 * angle.cos(), y + 0.15 * angle.sin());
             (at(x, y, 0.0), line(1000.0))
         });
         check("opening curve", &way.collect::<Vec<_>>());
