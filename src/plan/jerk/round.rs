@@ -12,8 +12,6 @@
 //! greatest one, and that is it: the later P, the faster. Where P cannot be found (rounding), the
 //! acceleration steps: speeds and accelerations stay within their limits whatever happens.
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use super::Run;
 use super::bracket::Bracket;
 use super::lane::{Lane, SAME};
@@ -24,6 +22,9 @@ const P_ERROR_S: f64 = 1e-11;
 
 /// The same as a share of a step of acceleration.
 const P_ERROR_SHARE: f64 = 1e-8;
+
+/// Steps of Newton's method for a first guess of P at most: each doubles the digits.
+const NEWTON_MAX: usize = 8;
 
 /// An arc this near to the ceiling, as a share of its speed, touches it: twice what counts as the same.
 const TOUCH_ERROR: f64 = 2.0 * SAME;
@@ -67,8 +68,8 @@ impl Part {
 #[derive(Clone, Copy, Debug)]
 struct Hit {
     at_mm: f64,
-    /// The ceiling's acceleration there; none at a piece that allows less acceleration.
-    ceiling_mm_s2: Option<f64>,
+    /// The ceiling there; none at a piece that allows less acceleration.
+    ceiling: Option<State>,
 }
 
 /// How near an arc comes to what is not allowed.
@@ -319,14 +320,36 @@ impl<'a> Rounding<'a> {
         Some(Leave { before: [first, leaves], from: leaves.end(), hit })
     }
 
-    /// When an arc leaves a stretch that ends on a steady ceiling, and is then faster by c: c/2j before
-    /// its end, from a steady acceleration; (1 - 1/√2)·c/j from one that grows.
+    /// When an arc leaves a stretch that touches the ceiling which the arc from its end comes too near to, if
+    /// that has a steady acceleration A: with S, V and a those of the stretch, and T = (a - A)/j, the arc ends at
+    ///
+    /// ```text
+    /// v = V + (a² - A²)/2j    s = S + V·T + a·T²/2 - j·T³/6    where v² - 2·A·s has to be the ceiling's
+    /// ```
+    ///
+    /// Found by Newton's method.
     fn guess_s(&self, stretch: &Stretch, end: Reach) -> Option<f64> {
-        let (state, lane) = (stretch.end(), &self.lanes[self.lane]);
-        let fall_mm_s2 = state.accel_mm_s2 - end.place?.ceiling_mm_s2?;
-        let share = if stretch.jerk_mm_s3 > 0.0 { 1.0 - FRAC_1_SQRT_2 } else { 0.5 };
-        let guess_s = stretch.duration_s - share * fall_mm_s2 / self.jerk_mm_s3(lane, &state);
-        (guess_s > 0.0 && guess_s < stretch.duration_s).then_some(guess_s)
+        let ceiling = end.place?.ceiling?;
+        let down_mm_s3 = self.jerk_mm_s3(&self.lanes[self.lane], &stretch.end());
+        let mut time_s = stretch.duration_s;
+        for _ in 0..NEWTON_MAX {
+            let from = stretch.after(time_s);
+            let turn_s = (from.accel_mm_s2 - ceiling.accel_mm_s2) / down_mm_s3;
+            let arc = from.after(-down_mm_s3, turn_s);
+            let off_mm = arc.at_mm - ceiling.at_mm;
+            let over_sq = arc.speed_sq() - ceiling.speed_sq() - 2.0 * ceiling.accel_mm_s2 * off_mm;
+            // What leaving later changes, by the time.
+            let longer = 1.0 + stretch.jerk_mm_s3 / down_mm_s3;
+            let faster_mm_s2 = longer * from.accel_mm_s2;
+            let further_mm_s = longer * (from.speed_mm_s + from.accel_mm_s2 * turn_s);
+            let slope = 2.0 * (arc.speed_mm_s * faster_mm_s2 - ceiling.accel_mm_s2 * further_mm_s);
+            let step_s = over_sq / slope;
+            time_s -= step_s;
+            if step_s.abs() <= P_ERROR_S {
+                break;
+            }
+        }
+        (time_s > 0.0 && time_s < stretch.duration_s).then_some(time_s)
     }
 
     /// The last place of a range from which an arc is allowed, and where that touches, if the arc from its
@@ -376,7 +399,7 @@ impl<'a> Rounding<'a> {
             }
             state = end;
         }
-        if hit.ceiling_mm_s2.is_some() {
+        if hit.ceiling.is_some() {
             let lane = &self.lanes[number];
             let ceiling = lane.at(hit.at_mm);
             if (state.speed_mm_s - ceiling.speed_mm_s).abs() > LANDING_SPEED * ceiling.speed_mm_s {
@@ -394,7 +417,7 @@ impl<'a> Rounding<'a> {
             state.at_mm = end_mm;
             number += 1;
         }
-        (self.state, self.lane, self.follows) = (state, number, hit.ceiling_mm_s2.is_some());
+        (self.state, self.lane, self.follows) = (state, number, hit.ceiling.is_some());
         true
     }
 
@@ -458,7 +481,7 @@ impl<'a> Rounding<'a> {
                 return nearest;
             }
             if entered && self.is_too_much(lane, &state) {
-                let hit = Hit { at_mm: state.at_mm, ceiling_mm_s2: None };
+                let hit = Hit { at_mm: state.at_mm, ceiling: None };
                 return Reach { excess: f64::INFINITY, place: Some(hit) };
             }
             let (stretches, end) = self.braking(i, &state, lane.end_mm);
@@ -484,8 +507,8 @@ impl<'a> Rounding<'a> {
 fn touch(arc: &Stretch, lane: &Lane) -> Reach {
     let end = arc.end();
     let reach = |state: &State| {
-        let ceiling_mm_s2 = Some(lane.at(state.at_mm).accel_mm_s2);
-        Reach { excess: lane.excess(state), place: Some(Hit { at_mm: state.at_mm, ceiling_mm_s2 }) }
+        let ceiling = Some(lane.at(state.at_mm));
+        Reach { excess: lane.excess(state), place: Some(Hit { at_mm: state.at_mm, ceiling }) }
     };
     let only_over = |reach: Reach| if reach.is_over() { reach } else { Reach::CLEAR };
     let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.at(state.at_mm).accel_mm_s2;
