@@ -119,7 +119,7 @@ fn what_is_wrong_first_is_told_of_each_program() {
     assert!(wrong["first_failure"].as_str().unwrap().starts_with("line 2: this movement needs"));
     assert_eq!((&document["passed"], &document["refused"]), (&json!(1), &json!(1)));
     check_page(&page);
-    assert!(page.contains("1 of 2 programs pass, 1 cannot be run"));
+    assert!(page.contains("1 of 2 programs pass, 1 is refused"));
     assert!(page.contains("this movement needs a feed above zero"));
     assert!(page.contains("it&#39;s a &#60;part&#62;.nc"), "names are escaped");
 }
@@ -169,6 +169,64 @@ fn broken_and_missing_results_are_told() {
     fs::write(bench.path("results/good.json"), &good).unwrap();
     let told = troubles(&bench.merged(&["--expected", "expected.txt"], 2).0);
     assert!(told[1].contains("it is not in expected.txt"), "{told:#?}");
+}
+
+#[test]
+fn figures_that_no_job_has_are_told_with_their_line() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("results")).unwrap();
+    bench.result("parts/inches.nc", "starmill", "good.json");
+    let good: Value = serde_json::from_slice(&fs::read(bench.path("good.json")).unwrap()).unwrap();
+    let with = |key: &str, value: Value| {
+        let mut document = good.clone();
+        let place = if good["job"][key].is_null() { &mut document } else { &mut document["job"] };
+        place[key] = value;
+        format!("{document}\n")
+    };
+    let lines = [
+        with("total_seconds", json!(-1.0)),
+        with("motion_seconds", json!(1e300)),
+        with("ticks", json!(u64::MAX)),
+        with("warnings", json!(u64::MAX)),
+        with("max_contour_error_mm", json!(1.0)),
+        format!("{good}\n"),
+        with("motion_seconds", json!(1e6)),
+        with("cut_mm", json!("far")),
+    ];
+    fs::write(bench.path("results/all.jsonl"), lines.concat()).unwrap();
+    let (document, _) = bench.merged(&[], 2);
+    let told = troubles(&document);
+    let expected = [
+        "line 1: `\\\"total_seconds\\\"` is -1",
+        "line 2: `\\\"motion_seconds\\\"` is 1000000",
+        "line 3: `\\\"ticks\\\"` is 18446744073709551615",
+        "line 4: `\\\"warnings\\\"` is",
+        "line 5: it passes, and its error is beyond its tolerance",
+        "line 7: its motion takes longer than all of it",
+        "at line 8 column",
+    ];
+    assert_eq!(told.len(), expected.len(), "{told:#?}");
+    for (told, expected) in told.iter().zip(expected) {
+        assert!(told.contains(expected), "{told}");
+    }
+    assert_eq!(document["programs"], 1, "the good one among them is taken");
+}
+
+#[test]
+fn the_first_errors_of_a_program_are_told_and_the_others_counted() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("results")).unwrap();
+    fs::write(bench.path("parts/wrong.nc"), "G0 X1 X2\n".repeat(150)).unwrap();
+    bench.result("parts/wrong.nc", "starmill", "results/a.json");
+    bench.result("parts/inches.nc", "starmill", "results/b.json");
+    let (document, page) = bench.merged(&[], 1);
+    assert_eq!(document["results"][1]["errors"], 150);
+    check_page(&page);
+    assert_eq!(page.matches("(repeated-word)").count(), 3);
+    assert!(page.contains("and 147 more"));
+    let [refused, passed] = ["bad\">refused<", "good\">pass<"].map(|cell| page.find(cell).unwrap());
+    assert!(refused < passed, "what does not pass stands first");
+    assert!(page.contains("without those that pass"));
 }
 
 #[test]
@@ -223,7 +281,7 @@ fn the_farm_runs_programs_through_gnu_parallel() {
     };
     let (code, said) = farm("results", &["--feed", "exact-stop"]);
     assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("3 of 4 programs pass, 1 cannot be run"), "{said}");
+    assert!(said.contains("3 of 4 programs pass, 1 is refused"), "{said}");
     let document = fs::read_to_string(bench.path("results/farm.json")).unwrap();
     let document: Value = serde_json::from_str(&document).unwrap();
     assert_eq!(document["results"][1]["file"], "parts/more & more/it's a <part>.nc");

@@ -88,6 +88,25 @@ fn a_view_shows_path_travel_seams_and_lines() {
 }
 
 #[test]
+fn a_lathe_is_drawn_with_z_to_the_right() {
+    let pockets = ["samples/lathe/pockets.nc", "--dialect", "fanuc-lathe", "-m"];
+    for machine in ["samples/machines/lathe.toml", "ideal"] {
+        let text = check(&[&pockets[..], &[machine]].concat(), 0);
+        assert!(text.contains("ZX, X as a radius") && !text.contains("from above"), "{machine}");
+    }
+}
+
+#[test]
+fn where_nothing_moves_the_drawing_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("still.nc");
+    fs::write(&file, "G21 G90\nM3 S1000\nG4 P1\nM30\n").unwrap();
+    let text = check(&[file.to_str().unwrap()], 0);
+    assert_eq!(text.matches(">nothing moves</text>").count(), 4);
+    assert!(text.contains(">travel</text>"));
+}
+
+#[test]
 fn curves_have_their_limits() {
     for (curve, part) in [
         ("error", ">bound<"),

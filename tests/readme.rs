@@ -3,6 +3,7 @@
 //! print what stands below it. `…` stands for any text within a line, and alone for any lines.
 
 use std::fs;
+use std::io::{Write, stderr};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -70,6 +71,11 @@ fn playground() -> (tempfile::TempDir, String) {
     (folder, path)
 }
 
+/// Whether a line tells how far a computation is, which a busy computer does where others have ended.
+fn tells_progress(line: &str) -> bool {
+    line.ends_with(" so far") || (line.contains(" %, ") && line.ends_with(" left"))
+}
+
 fn check(file: &Path) -> usize {
     let text = fs::read_to_string(file).unwrap();
     let (folder, path) = playground();
@@ -88,7 +94,8 @@ fn check(file: &Path) -> usize {
         let printed = String::from_utf8(output.stdout).unwrap();
         let place = format!("{}:{}: {}", file.display(), example.line, example.command);
         assert_eq!(output.status.code(), Some(example.code), "{place}\n{printed}");
-        let lines: Vec<&str> = printed.lines().map(str::trim_end).collect();
+        let lines = printed.lines().map(str::trim_end).filter(|line| !tells_progress(line));
+        let lines: Vec<&str> = lines.collect();
         let shown = &example.output;
         assert!(
             shown.is_empty() || is_like(shown, &lines),
@@ -108,6 +115,50 @@ fn the_examples_of_the_manual_do_what_it_says() {
         if path.extension().is_some_and(|ending| ending == "md") {
             check(&path);
         }
+    }
+}
+
+/// The first block of a language in a page.
+fn block<'a>(text: &'a str, language: &str) -> &'a str {
+    let begin = format!("```{language}\n");
+    text.split(&begin).nth(1).and_then(|rest| rest.split("```").next()).expect("a block")
+}
+
+/// A program that may not be here, with a script that ends well where it is: what it prints.
+fn printed_by(program: &str, args: &[&str], folder: &Path) -> Option<String> {
+    let output = Command::new(program).args(args).current_dir(folder).output().ok()?;
+    output.status.success().then(|| String::from_utf8(output.stdout).unwrap())
+}
+
+/// What other programs do with a dump; tried where they are, which is not so in CI.
+#[test]
+fn dumps_are_read_by_pandas_and_gnuplot_as_shown() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/howto-dump.md");
+    let text = fs::read_to_string(&page).unwrap();
+    let (folder, _) = playground();
+    let folder = folder.path();
+    let dump =
+        ["interpolate", "samples/good/pyramid-with-pockets.nc", "--csv", "-o", "pyramid.csv"];
+    printed_by(env!("CARGO_BIN_EXE_cnc"), &dump, folder).expect("a dump");
+    let has_pandas = |python: &&str| printed_by(python, &["-c", "import pandas"], folder).is_some();
+    match ["python3", "/usr/bin/python3"].into_iter().find(has_pandas) {
+        Some(python) => {
+            let printed = printed_by(python, &["-c", block(&text, "python")], folder);
+            assert_eq!(printed.expect("what pandas makes of it"), block(&text, "text"));
+        }
+        None => writeln!(stderr(), "pandas is not here: its lines are not tried").unwrap(),
+    }
+    match printed_by("gnuplot", &["--version"], folder) {
+        Some(_) => {
+            printed_by("sh", &["-c", block(&text, "sh")], folder).expect("gnuplot's drawing");
+            let drawing = fs::read_to_string(folder.join("above.svg")).unwrap();
+            assert!(
+                drawing.len() > 10_000 && drawing.contains("</svg>"),
+                "{} bytes",
+                drawing.len()
+            );
+        }
+        None => writeln!(stderr(), "gnuplot is not here: its line is not tried").unwrap(),
     }
 }
 

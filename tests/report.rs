@@ -47,7 +47,7 @@ fn a_good_program_has_all_of_it() {
             "[axes.X]",
         ],
     );
-    assert_eq!(page.matches("<svg xmlns").count(), 5);
+    assert_eq!(page.matches("<svg xmlns").count(), 9);
 }
 
 #[test]
@@ -58,9 +58,9 @@ fn a_machine_without_nodes_has_no_bus() {
 
 #[test]
 fn what_is_wrong_stands_on_the_page() {
-    let parts = ["Cannot be run: there is 1 error", "no-feed", "<pre>"];
+    let parts = ["Refused: there is 1 error", "no-feed", "<pre>"];
     let page = check("samples/bad/no-feed.nc", "starmill", 1, &parts);
-    assert!(!page.contains("<svg"), "a program that cannot be run is not drawn");
+    assert!(!page.contains("<svg"), "a program that is refused is not drawn");
     let outside = check("samples/bad/limit-x-max.nc", "starmill", 1, &["leaves the travel"]);
     assert!(outside.contains("<svg"), "one that leaves the travel is");
 }

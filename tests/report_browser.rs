@@ -1,5 +1,6 @@
 //! `cnc report` in headless Chromium: no message on the console, every drawing visible within the page, nothing
-//! wider than the window, from a telephone's width to a desk's; and it prints. Where there is no Chromium
+//! wider than the window, letters that can be read, apart from each other and within their drawing, from a
+//! telephone's width to a desk's; and it prints. Where there is no Chromium
 //! the test says so, and fails in CI.
 
 use std::fs;
@@ -7,10 +8,13 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// What the browser may be called.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+
+/// Letters are so high at least, in dots.
+const LETTERS_MIN: f64 = 9.0;
 
 /// Measures the page when it has been laid out, and leaves the figures in the page around it.
 const MEASURE: &str = r#"<script>
@@ -20,10 +24,35 @@ addEventListener("load", () => {
     return { left, right, width, height };
   };
   const page = document.documentElement;
+  // What the font's size comes to on the screen, whichever way the letters run.
+  const size = text => {
+    const { a, b } = text.getScreenCTM();
+    return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
+  };
+  // Letters have some room above and below them that others may reach into.
+  const places = drawing => [...drawing.querySelectorAll("text")].map(text => {
+    const { left, right, top, bottom } = text.getBoundingClientRect();
+    const room = size(text) / 6;
+    return { words: text.textContent, left, right, top: top + room, bottom: bottom - room };
+  });
+  const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  const drawings = [...document.querySelectorAll(".drawing > svg, .legend > svg")];
+  const pairs = drawings.flatMap(drawing => {
+    const texts = places(drawing);
+    return texts.flatMap((a, at) => texts.slice(at + 1).filter(b => meet(a, b)).map(b => [a.words, b.words]));
+  });
+  const cut = drawings.flatMap(drawing => {
+    const edge = drawing.getBoundingClientRect();
+    const out = text => text.left < edge.left || text.right > edge.right || text.bottom > edge.bottom;
+    return places(drawing).filter(out).map(text => text.words);
+  });
   const seen = {
     window: innerWidth,
     page: page.scrollWidth,
     drawings: [...document.querySelectorAll(".drawing > svg")].map(box),
+    letters: Math.min(...drawings.flatMap(drawing => [...drawing.querySelectorAll("text")].map(size))),
+    pairs,
+    cut,
     // A drawing without its style sheet would be black.
     papers: [...document.querySelectorAll(".plot .paper")].map(paper => getComputedStyle(paper).fill),
     curves: [...document.querySelectorAll(".plot .curve, .plot .way")].filter(way => {
@@ -98,6 +127,9 @@ fn check_at(browser: &str, folder: &Path, page: &Path, width: u32, drawings: usi
         assert!(of(drawing, "left") >= 0.0, "{drawing}");
         assert!(of(drawing, "right") <= f64::from(width), "{drawing}");
     }
+    assert!(of(&seen, "letters") >= LETTERS_MIN, "letters at {width}: {}", seen["letters"]);
+    assert_eq!(seen["pairs"], json!([]), "words upon words at {width}");
+    assert_eq!(seen["cut"], json!([]), "words beyond the edge at {width}");
     let papers = seen["papers"].as_array().unwrap();
     assert!(papers.iter().all(|paper| paper == "rgb(255, 255, 255)"), "{papers:?}");
     assert!(of(&seen, "curves") >= drawings as f64, "{seen}");
@@ -112,8 +144,8 @@ fn a_report_looks_right_in_a_browser_and_prints() {
     };
     let folder = tempfile::tempdir().unwrap();
     let page = report(folder.path(), "samples/good/planes.nc");
-    for width in [400, 1100] {
-        check_at(browser, folder.path(), &page, width, 5);
+    for width in [360, 400, 800, 1400] {
+        check_at(browser, folder.path(), &page, width, 8);
     }
     let paper = folder.path().join("report.pdf");
     let print = format!("--print-to-pdf={}", paper.display());
@@ -121,5 +153,5 @@ fn a_report_looks_right_in_a_browser_and_prints() {
     let pdf = fs::read(&paper).unwrap();
     assert!(pdf.starts_with(b"%PDF-") && pdf.len() > 20_000, "{} bytes", pdf.len());
     let bad = report(folder.path(), "samples/bad/limit-x-max.nc");
-    check_at(browser, folder.path(), &bad, 400, 1);
+    check_at(browser, folder.path(), &bad, 400, 4);
 }

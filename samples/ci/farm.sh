@@ -46,7 +46,7 @@ fi
 
 # Words of the command line as the shell of a host reads them.
 words() {
-    for word; do printf '%s\n' "$word"; done | parallel --will-cite --shellquote | tr '\n' ' '
+    for word; do printf '%s\n' "$word"; done | parallel --will-cite --keep-order --shellquote | tr '\n' ' '
 }
 
 # A program that does not pass is a result like others. What ends otherwise (no `cnc` there, a host that is

@@ -99,7 +99,7 @@ impl Schedule {
 
     fn piece(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Planned {
         let bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
-        let [start, end] = self.from_now(&ramp);
+        let [start, end] = self.span_of(&ramp);
         let Piece { segment, shares, .. } = piece;
         let buffer = self.buffer;
         let mut profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
@@ -110,14 +110,14 @@ impl Schedule {
         };
         if has_to_wait {
             self.wait_for_boundary();
-            [profile.start, profile.end] = self.from_now(&profile.ramp);
+            [profile.start, profile.end] = self.span_of(&profile.ramp);
         }
         self.advance(&profile);
         Planned::Profile(profile)
     }
 
-    /// When a ramp starts and ends that starts now.
-    fn from_now(&self, ramp: &Ramp) -> [Moment; 2] {
+    /// When a ramp starts and ends that is run now.
+    fn span_of(&self, ramp: &Ramp) -> [Moment; 2] {
         [self.now, self.now.after(ramp.duration_s() / self.tick_s)]
     }
 

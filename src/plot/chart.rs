@@ -1,36 +1,35 @@
 //! Curves over axes: points → an SVG document.
 //!
-//! The drawing is 800 by 500 whatever is in it. A curve is interrupted at a point that has no
+//! The drawing is of one of two sizes whatever is in it. A curve is interrupted at a point that has no
 //! place (not finite, or not above 0 on a logarithmic axis) and clipped at the edge of the axes;
 //! of a curve with more points than the drawing has columns, the extremes of each column are kept,
 //! so that no peak is lost. Nothing is smoothed.
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
+use crate::plot::legend::{self, Entry};
 use crate::plot::style::{self, CURVES};
 use crate::plot::text::Escaped;
 use crate::plot::ticks;
 
-/// The whole drawing.
-const SIZE: [f64; 2] = [800.0, 500.0];
-/// Left and right edge of the field of the curves.
-const FIELD_X: [f64; 2] = [76.0, 776.0];
-/// Its lower edge, and its upper one where there is no legend.
-const FIELD_Y: [f64; 2] = [440.0, 52.0];
-/// Letters of the title that have room.
-const TITLE_LETTERS_MAX: usize = 74;
-/// A line of the legend.
-const LEGEND_LINE: f64 = 20.0;
+/// Room at the left of the field of the curves, for numbers and a name, at its right, below it and above.
+const ROOM: [f64; 4] = [76.0, 24.0, 60.0, 52.0];
+/// A letter of the title is about so wide.
+const TITLE_LETTER: f64 = 9.4;
 /// Most marks of an axis.
 const MARKS_MOST: usize = 12;
+/// Marks are so far apart at least, from left to right and from below to above.
+const MARKS_APART: [f64; 2] = [58.0, 30.0];
 /// Fewer points than this are marked by dots.
 const DOTS_BELOW: usize = 40;
 
 /// A drawing of curves over two axes; its [`Display`] is the SVG document.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What is shown, in a line.
+    /// What is shown, in a line; of a single curve its name is told here, too.
     pub title: String,
+    /// How large the drawing is.
+    pub size: Size,
     /// The axis from left to right.
     pub x: Scale,
     /// The axis from below to above.
@@ -39,6 +38,35 @@ pub struct Chart {
     pub curves: Vec<Curve>,
     /// Dashed lines across the field.
     pub limits: Vec<Limit>,
+}
+
+/// How large a drawing of curves is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Size {
+    /// As wide as a page: 800 by 500.
+    #[default]
+    Page,
+    /// For a column of a page, or a telephone: 450 by 340.
+    Column,
+}
+
+impl Size {
+    fn dots(self) -> [f64; 2] {
+        match self {
+            Size::Page => [800.0, 500.0],
+            Size::Column => [450.0, 340.0],
+        }
+    }
+
+    /// Left and right edge of the field of the curves.
+    fn field_x(self) -> [f64; 2] {
+        [ROOM[0], self.dots()[0] - ROOM[1]]
+    }
+
+    /// Its lower edge, and its upper one where there is no legend.
+    fn field_y(self) -> [f64; 2] {
+        [self.dots()[1] - ROOM[2], ROOM[3]]
+    }
 }
 
 /// An axis.
@@ -57,6 +85,8 @@ pub struct Scale {
 pub struct Curve {
     /// What the legend calls it.
     pub name: String,
+    /// Which of the colours of curves it has, counted from 0.
+    pub colour: usize,
     /// Its points (x, y), in order.
     pub points: Vec<[f64; 2]>,
 }
@@ -102,8 +132,9 @@ impl Scale {
         value.is_finite() && (!self.logarithmic || value > 0.0)
     }
 
-    /// Lays the axis out between two edges of the field.
-    fn laid(&self, values: impl Iterator<Item = f64>, edges: [f64; 2]) -> Laid {
+    /// Lays the axis out between two edges of the field. It begins at a mark, and ends at one unless it runs
+    /// from left to right by equal differences: then it ends where the values do.
+    fn laid(&self, values: impl Iterator<Item = f64>, edges: [f64; 2], along: Along) -> Laid {
         let [low, high] = self.range.unwrap_or_else(|| {
             let all = values.filter(|value| self.has(*value));
             all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
@@ -117,17 +148,26 @@ impl Scale {
             (_, true) => [low - low.abs().max(1.0) / 2.0, high + high.abs().max(1.0) / 2.0],
             _ => [if self.logarithmic { 0.1 } else { 0.0 }, 1.0],
         };
-        let marks = match self.logarithmic {
-            true => ticks::logarithmic(range, MARKS_MOST),
-            false => ticks::linear(range, MARKS_MOST),
+        let apart = MARKS_APART[usize::from(along == Along::Y)];
+        let most = (((edges[1] - edges[0]).abs() / apart) as usize).min(MARKS_MOST);
+        let mut marks = match self.logarithmic {
+            true => ticks::logarithmic(range, most),
+            false => ticks::linear(range, most),
         };
-        Laid { logarithmic: self.logarithmic, marks, edges }
+        let mut ends = [marks[0], marks[marks.len() - 1]];
+        if along == Along::X && !self.logarithmic {
+            ends[1] = range[1];
+            marks.retain(|mark| *mark <= range[1]);
+        }
+        Laid { logarithmic: self.logarithmic, ends, marks, edges }
     }
 }
 
 /// An axis with its marks, between two edges of the field.
 struct Laid {
     logarithmic: bool,
+    /// The values at its edges.
+    ends: [f64; 2],
     marks: Vec<f64>,
     edges: [f64; 2],
 }
@@ -136,7 +176,7 @@ impl Laid {
     /// Where a value lies in the drawing.
     fn place(&self, value: f64) -> f64 {
         let scaled = |value: f64| if self.logarithmic { value.log10() } else { value };
-        let (first, last) = (self.marks[0], self.marks[self.marks.len() - 1]);
+        let [first, last] = self.ends;
         let share = (scaled(value) - scaled(first)) / (scaled(last) - scaled(first));
         self.edges[0] + share * (self.edges[1] - self.edges[0])
     }
@@ -144,38 +184,30 @@ impl Laid {
 
 impl Display for Chart {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
-        let legend = self.legend();
-        let lines = legend.last().map_or(0.0, |[_, line]| line + 1.0);
+        let ([left, right], [bottom, above]) = (self.size.field_x(), self.size.field_y());
+        let (legend, width) = (self.legend(), right - left);
+        let top = above + legend::height(&legend, width);
         let limits = |along| {
             self.limits.iter().filter(move |limit| limit.along == along).map(|limit| limit.at)
         };
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
-        let top = FIELD_Y[1] + lines * LEGEND_LINE;
-        let x = self.x.laid(points().map(|point| point[0]).chain(limits(Along::X)), FIELD_X);
+        let x = points().map(|point| point[0]).chain(limits(Along::X));
+        let x = self.x.laid(x, [left, right], Along::X);
         let y = points().map(|point| point[1]).chain(limits(Along::Y));
-        let y = self.y.laid(y, [FIELD_Y[0], top]);
-        style::head(out, SIZE, &self.title, [FIELD_X[0], 26.0], TITLE_LETTERS_MAX)?;
+        let y = self.y.laid(y, [bottom, top], Along::Y);
+        let title = self.title();
+        style::open(out, self.size.dots(), &title)?;
+        style::title(out, &title, [left, 26.0], (width / TITLE_LETTER) as usize)?;
         self.grid(out, &x, &y)?;
-        for ((at, curve), [left, line]) in self.curves.iter().enumerate().zip(&legend) {
-            let (left, middle) = (FIELD_X[0] + left, FIELD_Y[1] - 6.0 + line * LEGEND_LINE);
-            let name = Escaped(&curve.name);
-            writeln!(
-                out,
-                "<path class=\"curve c{}\" d=\"M{left:.1} {middle:.1}h22\"/><text x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
-                at % CURVES.len(),
-                left + 28.0,
-                middle + 4.0,
-            )?;
-        }
+        legend::write(out, &legend, [left, above - 16.0], width)?;
         // An inner drawing clips at its edge without a name that another drawing could have too.
-        let (width, height) = (FIELD_X[1] - FIELD_X[0], FIELD_Y[0] - top);
+        let height = bottom - top;
         writeln!(
             out,
-            "<svg x=\"{0}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" viewBox=\"{0} {top} {width} {height}\">",
-            FIELD_X[0],
+            "<svg x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" viewBox=\"{left} {top} {width} {height}\">",
         )?;
-        for (at, curve) in self.curves.iter().enumerate() {
-            self.curve(out, at % CURVES.len(), curve, (&x, &y))?;
+        for curve in &self.curves {
+            self.curve(out, curve, (&x, &y))?;
         }
         writeln!(out, "</svg>")?;
         self.dashes(out, (&x, &y))?;
@@ -184,22 +216,23 @@ impl Display for Chart {
 }
 
 impl Chart {
-    /// Where each curve's name stands: from the left, and in which line. Letters are about 7 wide.
-    fn legend(&self) -> Vec<[f64; 2]> {
-        if self.curves.iter().all(|curve| curve.name.is_empty()) {
+    /// What is shown; of a single curve with its name, for there is no legend.
+    fn title(&self) -> String {
+        match self.curves.as_slice() {
+            [only] if !only.name.is_empty() => format!("{}, {}", self.title, only.name),
+            _ => self.title.clone(),
+        }
+    }
+
+    /// What each curve is, where there are several.
+    fn legend(&self) -> Vec<Entry> {
+        if self.curves.len() < 2 {
             return Vec::new();
         }
-        let (mut left, mut line) = (0.0, 0.0);
-        let mut places = Vec::new();
-        for curve in &self.curves {
-            let width = 52.0 + 7.0 * curve.name.chars().count() as f64;
-            if left > 0.0 && left + width > FIELD_X[1] - FIELD_X[0] {
-                (left, line) = (0.0, line + 1.0);
-            }
-            places.push([left, line]);
-            left += width;
-        }
-        places
+        let mark = |curve: &Curve| {
+            format!("<path class=\"curve c{}\" d=\"M0 0h22\"/>", curve.colour % CURVES.len())
+        };
+        self.curves.iter().map(|curve| Entry::new(mark(curve), curve.name.as_str())).collect()
     }
 
     /// The field, its marks and the names of the axes.
@@ -217,7 +250,7 @@ impl Chart {
         for mark in &x.marks {
             let label = ticks::label(*mark);
             // Digits are about 7 wide: the last number must not reach beyond the drawing.
-            let at = x.place(*mark).min(SIZE[0] - 4.0 - 3.5 * label.len() as f64);
+            let at = x.place(*mark).min(self.size.dots()[0] - 4.0 - 3.5 * label.len() as f64);
             let below = bottom + 18.0;
             writeln!(out, "<text class=\"middle\" x=\"{at:.1}\" y=\"{below}\">{label}</text>")?;
         }
@@ -236,19 +269,15 @@ impl Chart {
         )
     }
 
-    fn curve(
-        &self,
-        out: &mut Formatter<'_>,
-        colour: usize,
-        curve: &Curve,
-        (x, y): (&Laid, &Laid),
-    ) -> fmt::Result {
+    fn curve(&self, out: &mut Formatter<'_>, curve: &Curve, (x, y): (&Laid, &Laid)) -> fmt::Result {
         let has_place = |point: &[f64; 2]| self.x.has(point[0]) && self.y.has(point[1]);
+        let colour = curve.colour % CURVES.len();
+        let [left, right] = self.size.field_x();
         let mut lines = String::new();
         for run in curve.points.split(|point| !has_place(point)) {
             let places: Vec<[f64; 2]> =
                 run.iter().map(|point| [x.place(point[0]), y.place(point[1])]).collect();
-            for (at, [x, y]) in thinned(&places).into_iter().enumerate() {
+            for (at, [x, y]) in thinned(&places, right - left).into_iter().enumerate() {
                 let joint = if at == 0 { 'M' } else { 'L' };
                 write!(lines, "{joint}{x:.1} {y:.1}")?;
             }
@@ -280,7 +309,7 @@ impl Chart {
                 Along::X => (&self.x, x),
                 Along::Y => (&self.y, y),
             };
-            let (first, last) = (laid.marks[0], laid.marks[laid.marks.len() - 1]);
+            let [first, last] = laid.ends;
             if !scale.has(limit.at) || !(first..=last).contains(&limit.at) {
                 continue;
             }
@@ -326,8 +355,8 @@ impl Chart {
 
 /// The places of a curve that runs from left to right, at most four for each half column: where it
 /// enters, its least, its greatest and where it leaves. Others are kept as they are.
-fn thinned(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let columns = 2.0 * (FIELD_X[1] - FIELD_X[0]);
+fn thinned(places: &[[f64; 2]], width: f64) -> Vec<[f64; 2]> {
+    let columns = 2.0 * width;
     let runs_right = places.windows(2).all(|pair| pair[0][0] <= pair[1][0]);
     if !runs_right || (places.len() as f64) < 4.0 * columns {
         return places.to_vec();
@@ -352,9 +381,10 @@ mod tests {
     fn chart(points: Vec<[f64; 2]>) -> Chart {
         Chart {
             title: "Fill < 1 s & \"quick\"".to_owned(),
+            size: Size::Page,
             x: Scale::logarithmic("baud rate, bit/s"),
             y: Scale::linear("time, s"),
-            curves: vec![Curve { name: "1 node".to_owned(), points }],
+            curves: vec![Curve { name: "1 node".to_owned(), colour: 0, points }],
             limits: vec![Limit { name: "tick".to_owned(), along: Along::Y, at: 0.5 }],
         }
     }
@@ -369,8 +399,7 @@ mod tests {
         let text = chart(vec![[9600.0, 1.5], [19_200.0, 0.75], [38_400.0, 0.375]]).to_string();
         for part in [
             "viewBox=\"0 0 800 500\"",
-            "<title>Fill &lt; 1 s &amp; \"quick\"</title>",
-            ">1 node</text>",
+            "<title>Fill &lt; 1 s &amp; \"quick\", 1 node</title>",
             ">10000</text>",
             ">baud rate, bit/s</text>",
             ">tick</text>",
@@ -391,11 +420,26 @@ mod tests {
     fn points_without_a_place_interrupt_the_curve() {
         let text = chart(vec![[1.0, 0.0], [0.0, 1.0], [10.0, f64::NAN], [10.0, 0.2], [100.0, 1.0]]);
         let text = text.to_string();
-        assert_eq!(curve_of(&text), "M76.0 440.0M426.0 366.4L776.0 72.0");
+        assert_eq!(curve_of(&text), "M76.0 440.0M426.0 362.4L776.0 52.0");
         for empty in [Vec::new(), vec![[5.0, 5.0]], vec![[f64::NAN, 0.0]]] {
             let text = chart(empty).to_string();
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
         }
+    }
+
+    #[test]
+    fn several_curves_have_a_legend_and_a_colour_each() {
+        let mut chart = chart(vec![[1.0, 1.0], [2.0, 2.0]]);
+        chart.curves.push(Curve { name: "2 nodes".to_owned(), colour: 4, points: Vec::new() });
+        let text = chart.to_string();
+        assert!(text.contains(">1 node</text>") && text.contains(">2 nodes</text>"));
+        assert!(text.contains("class=\"curve c4\"") && !text.contains("class=\"curve c1\""));
+        chart.size = Size::Column;
+        chart.x = Scale::linear("time, s");
+        chart.curves[1].points = vec![[0.0, 1.0], [33.0, 2.0]];
+        let text = chart.to_string();
+        assert!(text.contains("viewBox=\"0 0 450 340\""));
+        assert!(text.contains(">30</text>") && !text.contains(">40</text>"), "it ends at 33");
     }
 
     #[test]
@@ -404,7 +448,7 @@ mod tests {
         points[54_321][1] = 1.0;
         let places: Vec<[f64; 2]> =
             points.iter().map(|[x, y]| [76.0 + x * 700.0 / 1e5, 440.0 - 300.0 * y]).collect();
-        let kept = thinned(&places);
+        let kept = thinned(&places, 700.0);
         assert!(kept.len() < 6000, "{}", kept.len());
         assert_eq!(kept.first(), places.first());
         assert_eq!(kept.last(), places.last());

@@ -4,6 +4,10 @@
 /// Spans kept at most. Twice as many as a drawing has columns.
 const SPANS_MAX: usize = 2048;
 
+/// A value this share of a span before its end belongs to the next: times are whole multiples of a tick,
+/// and their quotients may come out a little below a whole number.
+const NEARLY: f64 = 1e-6;
+
 /// See the module.
 #[derive(Clone, Debug)]
 pub struct Envelope {
@@ -20,12 +24,12 @@ impl Envelope {
 
     /// Takes a value at a time that is not before those given so far.
     pub fn add(&mut self, time_s: f64, value: f64) {
-        while time_s / self.span_s >= SPANS_MAX as f64 {
+        while time_s / self.span_s + NEARLY >= SPANS_MAX as f64 {
             let halves = self.spans.chunks(2);
             self.spans = halves.map(|pair| pair.iter().copied().flatten().reduce(both)).collect();
             self.span_s *= 2.0;
         }
-        let span = (time_s / self.span_s) as usize;
+        let span = (time_s / self.span_s + NEARLY) as usize;
         if self.spans.len() <= span {
             self.spans.resize(span + 1, None);
         }
@@ -66,6 +70,13 @@ mod tests {
         let peak = points.iter().find(|point| point[1] == 7.0).unwrap();
         assert!((peak[0] - 1234.56).abs() < 3.0, "{peak:?}");
         assert!(points.iter().all(|point| point[1].is_finite()));
+    }
+
+    #[test]
+    fn whole_multiples_of_a_span_fall_into_one_each() {
+        let mut envelope = Envelope::new(0.011);
+        (0..2000).for_each(|k| envelope.add(f64::from(k) * 0.011, 1.0));
+        assert!(envelope.points().iter().all(|point| point[1] == 1.0));
     }
 
     #[test]

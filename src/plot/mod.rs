@@ -5,6 +5,8 @@
 
 mod chart;
 mod envelope;
+mod legend;
+mod panel;
 mod sheet;
 mod strokes;
 mod style;
@@ -13,9 +15,10 @@ mod ticks;
 mod timing;
 mod traces;
 
-pub use self::chart::{Along, Chart, Curve, Limit, Scale};
+pub use self::chart::{Along, Chart, Curve, Limit, Scale, Size};
 pub use self::envelope::Envelope;
-pub use self::sheet::{Sheet, View};
+pub use self::panel::View;
+pub use self::sheet::Sheet;
 pub use self::strokes::{Mark, Place, Stroke, Strokes};
 pub use self::style::element as style_element;
 pub use self::timing::{Level, Panel, Span, Timing, Track};

@@ -11,23 +11,20 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter, Write as _};
 
-use crate::plot::strokes::{Mark, Piece, Place, Strokes, speed_of_mm_s};
+use crate::plot::legend::{self, Entry};
+use crate::plot::panel::{CELL, Extents, Panel, View};
+use crate::plot::strokes::{Mark, Piece, Strokes, speed_of_mm_s};
 use crate::plot::style::{self, SPEEDS};
 use crate::plot::text::Escaped;
-use crate::plot::ticks;
 
-/// Width of the document, and its height with four views.
-const SIZE: [f64; 2] = [1000.0, 940.0];
-/// Where the title stands, and how far from the left.
-const TITLE: [f64; 2] = [56.0, 30.0];
-/// Beside it stands what the colours mean.
-const TITLE_LETTERS_MAX: usize = 58;
-/// Where the panels begin, and where they end, down from the top.
-const PANELS_Y: [f64; 2] = [50.0, 880.0];
-/// Room for numbers at the left of a panel and below it, and between two.
-const ROOM: [f64; 2] = [56.0, 44.0];
-/// Empty room within a panel, as a share of what is shown.
-const MARGIN: f64 = 0.06;
+/// Height of the title.
+const TITLE: f64 = 44.0;
+/// Room at the left of the title, and at the right of all.
+const MARGINS: [f64; 2] = [56.0, 14.0];
+/// Room above the legend, and below it.
+const LEGEND_ROOM: [f64; 2] = [4.0, 6.0];
+/// What the title has room for.
+const TITLE_LETTERS_MAX: usize = 86;
 /// Elements that tell their lines, in each view at most.
 const TOLD_MAX: usize = 700;
 /// Parts that a longer way is told in.
@@ -36,25 +33,12 @@ const PARTS: usize = 90;
 const LETTERS_TOLD_MAX: usize = 60;
 /// Seams that are marked at most.
 const SEAMS_MAX: usize = 300;
-/// What is shown is so wide at least.
-const SHOWN_MM_MIN: f64 = 1.0;
-/// Marks along an axis at most.
-const MARKS_MOST: usize = 8;
+/// Half the width of a seam's mark; of the isometric view, where the way is small.
+const SEAM: [f64; 2] = [3.5, 2.0];
+/// Width of a colour in the legend.
+const SWATCH: f64 = 13.0;
 /// Bands of speed between the first colour and the last at most: a speed and a 16th of it.
 const BANDS_SHOWN: i16 = 12;
-
-/// From where the way is seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum View {
-    /// From above: X to the right, Y up.
-    Xy,
-    /// From the side: Y to the right, Z up.
-    Yz,
-    /// From the front: X to the right, Z up.
-    Zx,
-    /// Askew: X to the upper right, Y to the upper left, Z up, all of one length.
-    Isometric,
-}
 
 /// A drawing; its [`Display`] is the SVG document.
 #[derive(Debug)]
@@ -77,126 +61,51 @@ pub struct Sheet<'a> {
     pub texts: &'a BTreeMap<u32, String>,
 }
 
-impl View {
-    /// All of them.
-    pub const ALL: [View; 4] = [View::Xy, View::Isometric, View::Zx, View::Yz];
-
-    /// To the right and up, in mm.
-    fn project(self, [x, y, z]: Place) -> [f64; 2] {
-        // cos 30°, and sin 30° = 1/2.
-        const COS: f64 = 0.866_025_403_784_438_6;
-        match self {
-            View::Xy => [x, y],
-            View::Yz => [y, z],
-            View::Zx => [x, z],
-            View::Isometric => [(x - y) * COS, (x + y) * 0.5 + z],
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            View::Xy => "XY, from above",
-            View::Yz => "YZ, from the side",
-            View::Zx => "ZX, from the front",
-            View::Isometric => "isometric",
-        }
-    }
-
-    /// Names of what runs to the right and up.
-    fn axes(self) -> Option<[&'static str; 2]> {
-        match self {
-            View::Xy => Some(["X, mm", "Y, mm"]),
-            View::Yz => Some(["Y, mm", "Z, mm"]),
-            View::Zx => Some(["X, mm", "Z, mm"]),
-            View::Isometric => None,
-        }
-    }
-}
-
-/// A part of the document with a scale of its own.
-struct Panel {
-    view: View,
-    /// Left, right.
-    x: [f64; 2],
-    /// Top, bottom.
-    y: [f64; 2],
-    /// What lies in its middle, in mm to the right and up.
-    middle_mm: [f64; 2],
-    dots_a_mm: f64,
-}
-
-impl Panel {
-    fn place(&self, at: Place) -> [f64; 2] {
-        let [right, up] = self.view.project(at);
-        [self.right(right), self.up(up)]
-    }
-
-    fn right(&self, mm: f64) -> f64 {
-        f64::midpoint(self.x[0], self.x[1]) + (mm - self.middle_mm[0]) * self.dots_a_mm
-    }
-
-    fn up(&self, mm: f64) -> f64 {
-        f64::midpoint(self.y[0], self.y[1]) - (mm - self.middle_mm[1]) * self.dots_a_mm
-    }
-
-    /// What is shown between its edges, to the right and up.
-    fn shown_mm(&self) -> [[f64; 2]; 2] {
-        let half = |edges: [f64; 2]| 0.5 * (edges[1] - edges[0]) / self.dots_a_mm;
-        [0, 1].map(|i| {
-            let half_mm = half([self.x, self.y][i]);
-            [self.middle_mm[i] - half_mm, self.middle_mm[i] + half_mm]
-        })
-    }
-}
-
-/// Corners of a box.
-fn corners([x, y, z]: [[f64; 2]; 3]) -> [Place; 8] {
-    std::array::from_fn(|i| [x[i & 1], y[i >> 1 & 1], z[i >> 2]])
-}
-
-/// Pairs of corners that an edge of a box joins.
-const EDGES: [[usize; 2]; 12] = [
-    [0, 1],
-    [0, 2],
-    [0, 4],
-    [1, 3],
-    [1, 5],
-    [2, 3],
-    [2, 6],
-    [3, 7],
-    [4, 5],
-    [4, 6],
-    [5, 7],
-    [6, 7],
-];
-
 impl Display for Sheet<'_> {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
-        let [width, height] = SIZE;
-        style::head(out, SIZE, &self.title, TITLE, TITLE_LETTERS_MAX)?;
-        let bands = self.bands();
-        for panel in self.panels() {
-            self.frame(out, &panel)?;
-            let ([left, right], [top, bottom]) = (panel.x, panel.y);
-            let (wide, high) = (right - left, bottom - top);
-            writeln!(
-                out,
-                "<svg x=\"{left}\" y=\"{top}\" width=\"{wide}\" height=\"{high}\" viewBox=\"{left} {top} {wide} {high}\">",
-            )?;
-            self.travel(out, &panel)?;
-            self.pieces(out, &panel, bands)?;
-            self.marks(out, &panel)?;
-            writeln!(out, "</svg>")?;
+        let cells = if self.views.len() == 1 { [1.0, 1.0] } else { [2.0, 2.0] };
+        let of_all = [0, 1].map(|i| 2.0 * CELL[i]);
+        let cell = [0, 1].map(|i| of_all[i] / cells[i]);
+        let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        let at = places.map(|[x, y]| [x * cell[0], TITLE + y * cell[1]]);
+        let panels = self.panels(&at, cell);
+        let legend = self.legend(&panels);
+        let [left, right] = MARGINS;
+        let wide = of_all[0] - left - right;
+        let [above, below] = LEGEND_ROOM;
+        let top = TITLE + of_all[1] + above;
+        let size = [of_all[0], top + legend::height(&legend, wide) + below];
+        style::open(out, size, &self.title)?;
+        style::title(out, &self.title, [left, 28.0], TITLE_LETTERS_MAX)?;
+        for panel in panels {
+            self.panel(out, &panel)?;
         }
-        self.legend(out, bands, [TITLE[0], height - 24.0], width)?;
+        legend::write(out, &legend, [left, top], wide)?;
         writeln!(out, "</svg>")
     }
 }
 
 impl Sheet<'_> {
-    /// The box that holds the way, and something where there is none.
-    fn extents_mm(&self) -> [[f64; 2]; 3] {
-        let mut extents_mm = self.strokes.extents_mm().unwrap_or([[0.0; 2]; 3]);
+    /// The same without its title, as documents for a page that has room for one beside the other or below it:
+    /// what lines and colours mean, then a view each.
+    pub fn parts(&self) -> Vec<String> {
+        let panels = self.panels(&[[0.0; 2]; 4], CELL);
+        let legend = self.legend(&panels);
+        let of_legend = [CELL[0], legend::height(&legend, CELL[0])];
+        let legend = Part(of_legend, "what lines and colours mean", |out: &mut Formatter<'_>| {
+            legend::write(out, &legend, [0.0; 2], CELL[0])
+        });
+        let view = |panel: &Panel| {
+            let content = |out: &mut Formatter<'_>| self.panel(out, panel);
+            Part(CELL, panel.view.name(), content).to_string()
+        };
+        [legend.to_string()].into_iter().chain(panels.iter().map(view)).collect()
+    }
+
+    /// The box that holds the way; where nothing moves, that of the travel.
+    fn extents_mm(&self) -> Extents {
+        let travel_mm = self.travel_mm.map(Option::unwrap_or_default);
+        let mut extents_mm = self.strokes.extents_mm().unwrap_or(travel_mm);
         if let Some(wrong) = &self.wrong {
             for (extent, at) in extents_mm.iter_mut().zip(wrong.at_mm) {
                 *extent = [extent[0].min(at), extent[1].max(at)];
@@ -207,7 +116,7 @@ impl Sheet<'_> {
 
     /// The box that a view shows whole: of the isometric one the travel, so that it is seen where in the
     /// machine the part lies.
-    fn shown_mm(&self, view: View) -> [[f64; 2]; 3] {
+    fn shown_mm(&self, view: View) -> Extents {
         let mut shown = self.extents_mm();
         if let (View::Isometric, [Some(x), Some(y), Some(z)]) = (view, self.travel_mm) {
             for (extent, travel) in shown.iter_mut().zip([x, y, z]) {
@@ -217,43 +126,31 @@ impl Sheet<'_> {
         shown
     }
 
-    fn panels(&self) -> Vec<Panel> {
-        let is_single = self.views.len() == 1;
-        let [top, bottom] = PANELS_Y;
-        let (wide, high) = match is_single {
-            true => (SIZE[0] - ROOM[0] - 14.0, bottom - top - ROOM[1]),
-            false => (0.5 * SIZE[0] - ROOM[0] - 14.0, 0.5 * (bottom - top) - ROOM[1]),
-        };
-        let flat = |view: &View| {
-            let all = corners(self.shown_mm(*view)).map(|corner| view.project(corner));
-            let span = |i: usize| {
-                let low = all.iter().map(|at| at[i]).fold(f64::INFINITY, f64::min);
-                let high = all.iter().map(|at| at[i]).fold(f64::NEG_INFINITY, f64::max);
-                [low, high]
-            };
-            [span(0), span(1)]
-        };
-        let fit = |[right, up]: [[f64; 2]; 2]| {
-            let of = |[low, high]: [f64; 2], dots: f64| {
-                dots / (high - low).max(SHOWN_MM_MIN) / (1.0 + 2.0 * MARGIN)
-            };
-            of(right, wide).min(of(up, high))
-        };
-        let is_flat = |view: &&View| **view != View::Isometric;
-        let common = self.views.iter().filter(is_flat).map(flat).map(fit).fold(f64::MAX, f64::min);
-        let panel = |(at, view): (usize, &View)| {
-            let spans = flat(view);
-            let left = ROOM[0] + (at % 2) as f64 * 0.5 * SIZE[0];
-            let above = top + (at / 2) as f64 * (high + ROOM[1]);
-            Panel {
-                view: *view,
-                x: [left, left + wide],
-                y: [above, above + high],
-                middle_mm: spans.map(|[low, high]| f64::midpoint(low, high)),
-                dots_a_mm: if *view == View::Isometric { fit(spans) } else { common },
-            }
-        };
-        self.views.iter().enumerate().map(panel).collect()
+    fn panels(&self, corners: &[[f64; 2]], cell: [f64; 2]) -> Vec<Panel> {
+        let views = self.views.iter().zip(corners);
+        let views: Vec<_> =
+            views.map(|(view, corner)| (*view, self.shown_mm(*view), *corner)).collect();
+        Panel::laid(&views, cell)
+    }
+
+    /// A view: its frame, and in it all that is seen.
+    fn panel(&self, out: &mut Formatter<'_>, panel: &Panel) -> fmt::Result {
+        panel.frame(out)?;
+        let ([left, right], [top, bottom]) = (panel.x, panel.y);
+        let (wide, high) = (right - left, bottom - top);
+        writeln!(
+            out,
+            "<svg x=\"{left}\" y=\"{top}\" width=\"{wide}\" height=\"{high}\" viewBox=\"{left} {top} {wide} {high}\">",
+        )?;
+        self.travel(out, panel)?;
+        self.pieces(out, panel, self.bands())?;
+        self.marks(out, panel)?;
+        if self.strokes.extents_mm().is_none() {
+            let middle = [panel.x, panel.y].map(|[low, high]| f64::midpoint(low, high));
+            let [x, y] = middle;
+            writeln!(out, "<text class=\"middle\" x=\"{x}\" y=\"{y}\">nothing moves</text>")?;
+        }
+        writeln!(out, "</svg>")
     }
 
     /// The bands of the cuts that have a colour of their own: those below have that of the least.
@@ -263,63 +160,14 @@ impl Sheet<'_> {
         Some([bands().min()?.max(high - BANDS_SHOWN), high])
     }
 
-    /// A panel's edge, its name, and marks along its axes.
-    fn frame(&self, out: &mut Formatter<'_>, panel: &Panel) -> fmt::Result {
-        let ([left, right], [top, bottom]) = (panel.x, panel.y);
-        let (wide, high) = (right - left, bottom - top);
-        if let Some([across, up]) = panel.view.axes() {
-            let [shown_right, shown_up] = panel.shown_mm();
-            let within = |[low, high]: [f64; 2]| {
-                let marks = ticks::linear([low, high], MARKS_MOST).into_iter();
-                marks.filter(move |mark| *mark >= low && *mark <= high)
-            };
-            let mut lines = String::new();
-            let mut numbers = String::new();
-            for mark in within(shown_right) {
-                let (at, label, below) = (panel.right(mark), ticks::label(mark), bottom + 15.0);
-                write!(lines, "M{at:.1} {top}V{bottom}")?;
-                writeln!(
-                    numbers,
-                    "<text class=\"middle\" x=\"{at:.1}\" y=\"{below}\">{label}</text>"
-                )?;
-            }
-            for mark in within(shown_up) {
-                let (at, label) = (panel.up(mark), ticks::label(mark));
-                write!(lines, "M{left} {at:.1}H{right}")?;
-                let (before, at) = (left - 6.0, at + 4.0);
-                writeln!(
-                    numbers,
-                    "<text class=\"end\" x=\"{before}\" y=\"{at:.1}\">{label}</text>"
-                )?;
-            }
-            writeln!(out, "<path class=\"grid\" d=\"{lines}\"/>")?;
-            write!(out, "{numbers}")?;
-            let (middle, below) = (f64::midpoint(left, right), bottom + 30.0);
-            writeln!(out, "<text class=\"middle\" x=\"{middle}\" y=\"{below}\">{across}</text>")?;
-            let (before, middle) = (left - 44.0, f64::midpoint(top, bottom));
-            writeln!(
-                out,
-                "<text class=\"middle\" transform=\"translate({before} {middle}) rotate(-90)\">{up}</text>",
-            )?;
-        }
-        let (name, [x, y]) = (panel.view.name(), [left + 8.0, top + 17.0]);
-        writeln!(
-            out,
-            "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{wide}\" height=\"{high}\"/>\
-             <text x=\"{x}\" y=\"{y}\">{name}</text>",
-        )
-    }
-
-    /// The box of the travel, as far as it lies in the panel.
+    /// The box of the travel, as far as it is seen.
     fn travel(&self, out: &mut Formatter<'_>, panel: &Panel) -> fmt::Result {
-        let [Some(x), Some(y), Some(z)] = self.travel_mm else { return Ok(()) };
-        let corners = corners([x, y, z]).map(|corner| panel.place(corner));
         let mut lines = String::new();
-        for [from, to] in EDGES {
-            let ([x0, y0], [x1, y1]) = (corners[from], corners[to]);
-            if (x0 - x1).abs() + (y0 - y1).abs() > 0.05 {
-                write!(lines, "M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}")?;
-            }
+        for [[x0, y0], [x1, y1]] in panel.travel(self.travel_mm) {
+            write!(lines, "M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}")?;
+        }
+        if lines.is_empty() {
+            return Ok(());
         }
         writeln!(out, "<path class=\"travel\" d=\"{lines}\"><title>travel</title></path>")
     }
@@ -387,13 +235,11 @@ impl Sheet<'_> {
 
     /// Seams, and what is wrong.
     fn marks(&self, out: &mut Formatter<'_>, panel: &Panel) -> fmt::Result {
+        let half = SEAM[usize::from(panel.view == View::Isometric)];
         for seam in self.seams.iter().take(SEAMS_MAX) {
             let ([x, y], told) = (panel.place(seam.at_mm), Escaped(&seam.text));
-            writeln!(
-                out,
-                "<path class=\"seam\" d=\"M{x:.1} {:.1}l4 4l-4 4l-4 -4z\"><title>{told}</title></path>",
-                y - 4.0,
-            )?;
+            let mark = diamond([x, y], half);
+            writeln!(out, "<path class=\"seam\" d=\"{mark}\"><title>{told}</title></path>")?;
         }
         if let Some(wrong) = &self.wrong {
             let ([x, y], told) = (panel.place(wrong.at_mm), Escaped(&wrong.text));
@@ -406,59 +252,66 @@ impl Sheet<'_> {
     }
 
     /// What lines, colours and marks mean.
-    fn legend(
-        &self,
-        out: &mut Formatter<'_>,
-        bands: Option<[i16; 2]>,
-        [left, y]: [f64; 2],
-        width: f64,
-    ) -> fmt::Result {
-        let mut x = left;
-        let mut entry = |out: &mut Formatter<'_>, mark: &str, text: &str| -> fmt::Result {
-            let text_x = x + 28.0;
-            writeln!(
-                out,
-                "<g transform=\"translate({x} {})\">{mark}</g><text x=\"{text_x}\" y=\"{y}\">{}</text>",
-                y - 4.0,
-                Escaped(text),
-            )?;
-            x = text_x + 7.0 * text.chars().count() as f64 + 14.0;
-            Ok(())
-        };
+    fn legend(&self, panels: &[Panel]) -> Vec<Entry> {
+        let mut entries = Vec::new();
         if self.strokes.pieces().iter().any(|piece| piece.band.is_none()) {
-            entry(out, "<path class=\"way rapid\" d=\"M0 0h22\"/>", "rapid")?;
+            entries.push(Entry::new("<path class=\"way rapid\" d=\"M0 0h22\"/>", "rapid"));
         }
-        if self.travel_mm.iter().all(Option::is_some) {
-            entry(out, "<path class=\"travel\" d=\"M0 0h22\"/>", "travel")?;
+        entries.extend(self.speeds());
+        if panels.iter().any(|panel| !panel.travel(self.travel_mm).is_empty()) {
+            entries.push(Entry::new("<path class=\"travel\" d=\"M0 0h22\"/>", "travel"));
         }
         if !self.seams.is_empty() {
             let text = match self.seams.len() {
                 count if count <= SEAMS_MAX => format!("end of a node buffer ({count})"),
                 count => format!("end of a node buffer (the first {SEAMS_MAX} of {count})"),
             };
-            entry(out, "<path class=\"seam\" d=\"M11 -4l4 4l-4 4l-4 -4z\"/>", &text)?;
+            let mark = diamond([SEAM[0], 0.0], SEAM[0]);
+            let mark = format!("<path class=\"seam\" d=\"{mark}\"/>");
+            entries.push(Entry { mark, wide: 2.0 * SEAM[0], text });
         }
         if let Some(wrong) = &self.wrong {
-            entry(out, "<circle class=\"wrong\" cx=\"11\" r=\"6\"/>", &wrong.text)?;
+            let mark = "<circle class=\"wrong\" cx=\"8\" r=\"6\"/>".to_owned();
+            entries.push(Entry { mark, wide: 16.0, text: wrong.text.clone() });
         }
-        let Some([low, high]) = bands else { return Ok(()) };
-        let what = if self.knows_rapids { "cut" } else { "speed" };
-        let text = match (speed_text(f64::from(low)), speed_text(f64::from(high))) {
-            (low, high) if low == high => format!("{what}: about {high} mm/min"),
-            (low, high) => format!("{what}: about {low} to {high} mm/min"),
-        };
-        let wide = 14.0 * SPEEDS.len() as f64;
-        let text_x = width - 20.0;
-        let boxes_x = text_x - 7.0 * text.chars().count() as f64 - wide - 10.0;
-        for at in 0..SPEEDS.len() {
-            let (x, y) = (boxes_x + 14.0 * at as f64, TITLE[1] - 11.0);
-            writeln!(
-                out,
-                "<rect class=\"b{at}\" x=\"{x:.1}\" y=\"{y}\" width=\"14\" height=\"12\"/>"
-            )?;
-        }
-        writeln!(out, "<text class=\"end\" x=\"{text_x}\" y=\"{}\">{text}</text>", TITLE[1])
+        entries
     }
+
+    /// The colours of speeds: one where there is one.
+    fn speeds(&self) -> Option<Entry> {
+        let what = if self.knows_rapids { "cut" } else { "moved" };
+        let [low, high] = self.bands()?;
+        let [low_text, high_text] = [low, high].map(|band| speed_text(f64::from(band)));
+        let (colours, text) = match low_text == high_text {
+            true => (SPEEDS.len() - 1..SPEEDS.len(), format!("{what} at about {high_text} mm/min")),
+            false => (0..SPEEDS.len(), format!("{what} at {low_text} to {high_text} mm/min")),
+        };
+        let wide = SWATCH * colours.len() as f64;
+        let swatch = |(at, colour): (usize, usize)| {
+            let x = SWATCH * at as f64;
+            format!(
+                "<rect class=\"b{colour}\" x=\"{x}\" y=\"-6\" width=\"{SWATCH}\" height=\"12\"/>"
+            )
+        };
+        Some(Entry { mark: colours.enumerate().map(swatch).collect(), wide, text })
+    }
+}
+
+/// A document of its own: its size, its title, and what is in it.
+struct Part<F>([f64; 2], &'static str, F);
+
+impl<F: Fn(&mut Formatter<'_>) -> fmt::Result> Display for Part<F> {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        let Part(size, title, content) = self;
+        style::open(out, *size, title)?;
+        content(out)?;
+        writeln!(out, "</svg>")
+    }
+}
+
+/// The path of a diamond about a place.
+fn diamond([x, y]: [f64; 2], half: f64) -> String {
+    format!("M{x:.1} {:.1}l{half} {half}l-{half} {half}l-{half} -{half}z", y - half)
 }
 
 /// The speed of a band with two digits.

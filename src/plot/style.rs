@@ -38,7 +38,7 @@ const SHAPES: &str = "\
 .plot .panel { font-weight: 600 }
 .plot .middle { text-anchor: middle } .plot .end { text-anchor: end }
 .plot .grid, .plot .frame, .plot .curve, .plot .limit, .plot .travel, .plot .way, .plot .wrong, .plot .level, .plot .span { fill: none }
-.plot .curve, .plot .level { stroke-width: 2; stroke-linejoin: round }
+.plot .curve, .plot .level { stroke-width: 1.5; stroke-linejoin: round }
 .plot .limit { stroke-dasharray: 6 4 }
 .plot .beside { text-anchor: end; paint-order: stroke; stroke-width: 4 }
 .plot .travel { stroke-dasharray: 2 4 }
@@ -85,11 +85,21 @@ fn colours(shade: usize) -> String {
     fixed.chain(curves).chain(speeds).collect()
 }
 
-/// The beginning of a document: its size, its style, its paper and its title, of which so many letters are
-/// shown at most.
-pub fn head(
+/// The beginning of a document: its size, its style and its paper.
+pub fn open(out: &mut Formatter<'_>, [width, height]: [f64; 2], title: &str) -> fmt::Result {
+    let (title, style) = (Escaped(title), element());
+    write!(
+        out,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
+         <title>{title}</title>\n\
+         {style}\
+         <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n"
+    )
+}
+
+/// The title, of which so many letters are shown at most.
+pub fn title(
     out: &mut Formatter<'_>,
-    [width, height]: [f64; 2],
     title: &str,
     [left, base]: [f64; 2],
     letters_max: usize,
@@ -98,13 +108,6 @@ pub fn head(
         Some(_) => title.chars().take(letters_max).chain(['…']).collect(),
         None => title.to_owned(),
     };
-    let (title, shown, style) = (Escaped(title), Escaped(&shown), element());
-    write!(
-        out,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
-         <title>{title}</title>\n\
-         {style}\
-         <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n\
-         <text class=\"title\" x=\"{left}\" y=\"{base}\">{shown}</text>\n"
-    )
+    let shown = Escaped(&shown);
+    writeln!(out, "<text class=\"title\" x=\"{left}\" y=\"{base}\">{shown}</text>")
 }

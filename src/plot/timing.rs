@@ -135,7 +135,8 @@ impl Display for Timing {
         // Where there is nothing to show, a line says so.
         let all = self.panels.iter().map(Panel::height).sum::<f64>().max(TRACK);
         let height = HEAD + all;
-        style::head(out, [WIDTH, height], &self.title, [24.0, 26.0], 80)?;
+        style::open(out, [WIDTH, height], &self.title)?;
+        style::title(out, &self.title, [24.0, 26.0], 80)?;
         if self.panels.is_empty() {
             writeln!(out, "<text x=\"24\" y=\"{}\">nothing was recorded</text>", HEAD + 14.0)?;
         }

@@ -7,9 +7,10 @@
 use std::collections::VecDeque;
 
 use crate::base::{Axis, AxisMap, Machine, Tick};
-use crate::plot::chart::{Along, Chart, Curve, Limit, Scale};
+use crate::plot::chart::{Along, Chart, Curve, Limit, Scale, Size};
 use crate::plot::envelope::Envelope;
 use crate::plot::strokes::Stroke;
+use crate::plot::style::CURVES;
 
 /// The window of a speed, and half of that of an acceleration, in ticks.
 const WINDOW: usize = 10;
@@ -125,18 +126,22 @@ impl<'a> Traces<'a> {
         })
     }
 
-    /// A drawing of one quantity, with the machine's limits.
-    pub fn chart(&self, quantity: Quantity, program: &str) -> Chart {
+    /// A drawing of one quantity, with the machine's limits. An axis has one colour in all of them; the last
+    /// is that of the path.
+    pub fn chart(&self, quantity: Quantity) -> Chart {
         let (what, unit) = match quantity {
             Quantity::Speed => ("speed", "mm/s"),
             Quantity::Acceleration => ("acceleration", "mm/s²"),
             Quantity::StepRate => ("steps", "steps/s"),
         };
-        let curve = |name: &str, envelope: &Envelope| Curve {
+        let last = CURVES.len() - 1;
+        let curve = |name: &str, colour: usize, envelope: &Envelope| Curve {
             name: name.to_owned(),
+            colour,
             points: envelope.points(),
         };
-        let along = (quantity == Quantity::Speed).then(|| curve("along the path", &self.path));
+        let along =
+            (quantity == Quantity::Speed).then(|| curve("along the path", last, &self.path));
         let shown = || self.axes.iter().filter(|trace| trace.moves);
         let of_axis = |trace: &AxisTraces| {
             let envelope = match quantity {
@@ -144,7 +149,7 @@ impl<'a> Traces<'a> {
                 Quantity::Acceleration => &trace.acceleration,
                 Quantity::StepRate => &trace.steps,
             };
-            curve(&trace.axis.to_string(), envelope)
+            curve(&trace.axis.to_string(), trace.axis as usize % last, envelope)
         };
         let mut limits: Vec<(f64, String)> = Vec::new();
         for trace in shown() {
@@ -161,7 +166,8 @@ impl<'a> Traces<'a> {
         }
         let limits = limits.into_iter().map(|(at, name)| Limit { name, along: Along::Y, at });
         Chart {
-            title: format!("{program}: {what} of the axes"),
+            title: format!("{what} of the axes"),
+            size: Size::default(),
             x: Scale::linear("time of motion, s"),
             y: Scale::linear(&format!("{what}, {unit}")),
             curves: along.into_iter().chain(shown().map(of_axis)).collect(),

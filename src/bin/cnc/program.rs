@@ -307,6 +307,11 @@ impl Program {
         plan::survey(self.path_for("comparing ends of buffers"), &self.machine, self.feed, seams)
     }
 
+    /// Whether it turns: by its dialect, or because its machine has no Y.
+    pub fn is_turning(&self) -> bool {
+        self.options.dialect.lathe().is_some() || self.machine.axis(Axis::Y).is_none()
+    }
+
     /// The header of the job's dump.
     pub fn header(&self, encoder: Encoder, encoding: Encoding) -> Header {
         let machine = &self.machine;

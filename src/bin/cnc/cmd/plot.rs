@@ -51,7 +51,7 @@ pub struct Args {
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum ViewArg {
-    /// From above, from the front, from the side, and askew
+    /// From above, from the front, from the side, and askew; of a lathe ZX alone, Z to the right
     #[default]
     All,
     /// From above
@@ -158,7 +158,10 @@ fn of_program(
     };
     let svg = match args.curve {
         Some(curve) => curves::of_program(curve, &program)?,
-        None => sheet_of(&program, travel_mm, views(args.view))?,
+        None => {
+            let views = views(args.view, program.is_turning());
+            draw(&program, travel_mm, views, |sheet| sheet.to_string())?
+        }
     };
     Ok(Ok(Drawn { svg, exit }))
 }
@@ -169,12 +172,13 @@ pub fn without_travel(mut machine: Machine) -> Machine {
     machine
 }
 
-/// The path of a program as it is planned, on a machine with this travel.
-pub fn sheet_of(
+/// Draws the path of a program as it is planned, on a machine with this travel.
+pub fn draw<D>(
     program: &Program,
     travel_mm: [Option<[f64; 2]>; 3],
     views: &[View],
-) -> Result<String, Failure> {
+    how: impl Fn(&Sheet<'_>) -> D,
+) -> Result<D, Failure> {
     let mut strokes = Strokes::new(travel_mm);
     let (mut seams, mut at) = (Vec::new(), program.start_mm());
     for planned in program.plan()? {
@@ -199,7 +203,7 @@ pub fn sheet_of(
         Some(lines) if program.inputs.is_empty() => texts_of(&program.source, &lines)?,
         Some(_) | None => BTreeMap::new(),
     };
-    Ok(Sheet {
+    Ok(how(&Sheet {
         title: format!("{} on {}", program.source.file_name(), program.machine.name),
         views,
         strokes: &strokes,
@@ -208,8 +212,7 @@ pub fn sheet_of(
         seams: &seams,
         wrong: outside(&strokes),
         texts: &texts,
-    }
-    .to_string())
+    }))
 }
 
 /// Of a dump nobody knows which ticks are rapids: all are drawn by their speed.
@@ -238,7 +241,7 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
         Some(curve) => curves::of_dump(curve, &traces, &header.program.name)?,
         None => Sheet {
             title: format!("{file_name} (of {}) on {}", header.program.name, machine.name),
-            views: views(args.view),
+            views: views(args.view, machine.axis(Axis::Y).is_none()),
             strokes: &strokes,
             knows_rapids: false,
             travel_mm: travel_mm(&machine),
@@ -259,14 +262,21 @@ fn outside(strokes: &Strokes) -> Option<Mark> {
     strokes.outside().map(|(at_mm, line)| Mark { at_mm, text: text(line) })
 }
 
-fn views(view: ViewArg) -> &'static [View] {
+/// The views asked for; a lathe shows one, as a turned part is drawn.
+fn views(view: ViewArg, is_lathe: bool) -> &'static [View] {
     match view {
-        ViewArg::All => &View::ALL,
+        ViewArg::All | ViewArg::Zx if is_lathe => &[View::Turning],
+        ViewArg::All => &View::MILLING,
         ViewArg::Xy => &[View::Xy],
         ViewArg::Yz => &[View::Yz],
         ViewArg::Zx => &[View::Zx],
         ViewArg::Isometric => &[View::Isometric],
     }
+}
+
+/// All views of what a program does.
+pub fn all_views(program: &Program) -> &'static [View] {
+    views(ViewArg::All, program.is_turning())
 }
 
 fn xyz(point: &Point) -> Place {

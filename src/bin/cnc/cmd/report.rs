@@ -12,7 +12,7 @@ use anyhow::{Context, anyhow};
 use askama::Template;
 use cnc::base::Command;
 use cnc::base::machine::Protocol;
-use cnc::plot::{Quantity, Traces, View, style_element};
+use cnc::plot::{Chart, Quantity, Size, Traces, style_element};
 use cnc::step::{Phases, Summary};
 use cnc::verify::{self, Verdict};
 use cnc::wire::{Job, Proof, lint};
@@ -93,13 +93,15 @@ fn of_program(file: &Path, args: &Args, global: &Global) -> Outcome {
     if is_drawn {
         let mut page = head(&program, &document);
         let travel_mm = plot::travel_mm(&machine);
+        let views = plot::all_views(&program);
+        let path = |program| plot::draw(program, travel_mm, views, |sheet| sheet.parts());
         if let Some(ran) = &ran {
-            page.path = Some(page.drawing(&plot::sheet_of(&program, travel_mm, &View::ALL)?));
+            page.path = page.drawings(&path(&program)?);
             job(&mut page, &program, ran);
         } else {
             let endless = judge(plot::without_travel(machine))?;
             if endless.checked.errors == 0 {
-                page.path = Some(page.drawing(&plot::sheet_of(&endless, travel_mm, &View::ALL)?));
+                page.path = page.drawings(&path(&endless)?);
             }
         }
         put(&page, args)?;
@@ -151,7 +153,7 @@ fn head(program: &Program, document: &Document) -> Page {
         findings,
         more_findings,
         drawings_style: style_element(),
-        path: None,
+        path: Vec::new(),
         curves: Vec::new(),
         tables: Vec::new(),
         profile: machine.to_toml().to_owned(),
@@ -164,8 +166,8 @@ struct Ran<'p> {
     summary: Summary,
     traces: Traces<'p>,
     report: verify::Report,
-    /// How far it is off over time, drawn where a page is wanted.
-    error: Option<String>,
+    /// How far it is off over time, where a page is wanted.
+    error: Option<Chart>,
     /// None where the machine has no bus.
     bus: Option<Result<Proof, String>>,
 }
@@ -199,7 +201,7 @@ fn ran(program: &Program, is_drawn: bool) -> Result<Ran<'_>, Failure> {
         .with_context(|| program.source.name().to_owned())
         .or_bad_input()?;
     let error = match is_drawn {
-        true => Some(curves::errors(program, at_hand, false)?.to_string()),
+        true => Some(curves::errors(program, at_hand, false)?),
         false => None,
     };
     let proof = || lint(&Job::new(kept, start_steps, machine)?, machine);
@@ -211,10 +213,11 @@ fn ran(program: &Program, is_drawn: bool) -> Result<Ran<'_>, Failure> {
 fn job(page: &mut Page, program: &Program, ran: &Ran<'_>) {
     let Ran { summary, traces, report, error, bus } = ran;
     figures(page, program, summary, report);
-    let name = program.source.file_name();
     let quantities = [Quantity::Speed, Quantity::Acceleration, Quantity::StepRate];
-    let traced = quantities.map(|quantity| traces.chart(quantity, name).to_string());
-    page.curves = error.iter().chain(&traced).map(|svg| page.drawing(svg)).collect();
+    let charts = error.iter().cloned().chain(quantities.map(|quantity| traces.chart(quantity)));
+    let svgs: Vec<String> =
+        charts.map(|chart| Chart { size: Size::Column, ..chart }.to_string()).collect();
+    page.curves = page.drawings(&svgs);
     page.tables = vec![times(summary), seams(program, summary), limits(summary), checks(report)];
     if let Some(Ok(proof)) = bus {
         let mut table = Table::new("Bus", &["what", "#value"]);

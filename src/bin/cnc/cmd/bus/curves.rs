@@ -3,7 +3,7 @@
 use anyhow::anyhow;
 use clap::ValueEnum;
 use cnc::base::Machine;
-use cnc::plot::{Along, Chart, Curve, Limit, Scale};
+use cnc::plot::{Along, Chart, Curve, Limit, Scale, Size};
 use cnc::systems::carry::{Interface, Setting};
 
 use super::{Args, Drawn, meaningless};
@@ -264,11 +264,13 @@ impl Sheet {
             }));
             let what = if by == 1 { self.by.1.trim_end_matches('s') } else { self.by.1 };
             let name = if self.is_single { String::new() } else { format!("{by} {what}") };
+            let colour = drawn.len();
             let points = if self.in_stairs { stairs(&points) } else { points };
-            drawn.push(Curve { name, points });
+            drawn.push(Curve { name, colour, points });
         }
         let chart = Chart {
             title: self.title,
+            size: Size::default(),
             x: self.x.1,
             y: self.y.1,
             curves: drawn,

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, AxisMap};
 use cnc::path::PathItem;
-use cnc::plot::{Along, Chart, Curve, Limit, Scale};
+use cnc::plot::{Along, Chart, Curve, Limit, Scale, Size};
 use cnc::systems::difference::drift::{DRIFT_MAX_STEPS, Drift, Needs, Run, Runs, least_word};
 use cnc::systems::difference::node::{Rounding, WORD_BITS_MAX, Word};
 use cnc::systems::difference::{Constants, Equations, equations, jump, steps_per_mm};
@@ -399,12 +399,14 @@ impl<'p> Study<'p> {
             });
             Ok(())
         })?;
-        let curves = words.iter().zip(points).map(|(word, points)| Curve {
+        let curves = words.iter().zip(points).enumerate().map(|(colour, (word, points))| Curve {
             name: format!("{} bits, {} behind the point", word.bits, word.fraction_bits),
+            colour,
             points,
         });
         Ok(Chart {
             title: format!("Method B: drift off the path, {}", self.program.source.file_name()),
+            size: Size::default(),
             x: Scale::linear("time, s"),
             y: Scale::logarithmic("greatest drift of an axis, steps"),
             curves: curves.collect(),

@@ -11,7 +11,7 @@ use cnc::base::rounding::six_digits;
 use cnc::base::{Axis, AxisMap, Command};
 use cnc::interp::RunError;
 use cnc::path::{PathItem, Segment};
-use cnc::plot::{Chart, Curve, Scale};
+use cnc::plot::{Chart, Curve, Scale, Size};
 use cnc::step::Summary;
 use cnc::systems::pulse::{Interpolator, Made, count};
 use serde_json::{Map, Value, json};
@@ -190,9 +190,10 @@ fn chart(program: &Program, pulses: u64) -> Result<Chart, Failure> {
     each_segment(program, at_pulse, |_, _, _| Ok(()))?;
     Ok(Chart {
         title: format!("Pulse by pulse: distance from the curve, {}", program.source.file_name()),
+        size: Size::default(),
         x: Scale::linear("interpolation pulses"),
         y: Scale::linear("distance from the curve, pulses").over([0.0, 1.0]),
-        curves: vec![Curve { name: String::new(), points }],
+        curves: vec![Curve { name: String::new(), colour: 0, points }],
         limits: Vec::new(),
     })
 }

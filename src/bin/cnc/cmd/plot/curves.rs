@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use anyhow::{Context, anyhow};
 use cnc::base::Command;
 use cnc::interp::RunError;
-use cnc::plot::{Along, Chart, Curve, Envelope, Limit, Quantity, Scale, Traces};
+use cnc::plot::{Along, Chart, Curve, Envelope, Limit, Quantity, Scale, Size, Traces};
 use cnc::step::Summary;
 use cnc::step::thesis;
 use cnc::verify::{Setup, distances, tolerance_mm};
@@ -23,6 +23,9 @@ const SHOWN_MM_MIN: f64 = 1e-4;
 /// By how much more is followed where a distance did not suffice: a window grows with it, and so does time.
 const WIDER: f64 = 4.0;
 
+/// Points of a curve: seconds, and mm.
+type Points = Vec<[f64; 2]>;
+
 /// Draws a quantity of a program's job.
 pub fn of_program(curve: CurveArg, program: &Program) -> Result<String, Failure> {
     let machine = &program.machine;
@@ -36,9 +39,14 @@ pub fn of_program(curve: CurveArg, program: &Program) -> Result<String, Failure>
                 traces.tick(&tick);
             }
         }
-        return Ok(traces.chart(quantity, name).to_string());
+        return Ok(named(traces.chart(quantity), name).to_string());
     }
-    Ok(errors(program, None, curve == CurveArg::Encoders)?.to_string())
+    Ok(named(errors(program, None, curve == CurveArg::Encoders)?, name).to_string())
+}
+
+/// A drawing that stands for itself tells what it is of.
+fn named(chart: Chart, name: &str) -> Chart {
+    Chart { title: format!("{name}: {}", chart.title), ..chart }
 }
 
 /// How far the executed path is off; beside the seed's own encoder, if asked. The program is planned anew,
@@ -48,18 +56,24 @@ pub fn errors(
     commands: Option<&[Command]>,
     with_encoders: bool,
 ) -> Result<Chart, Failure> {
-    let name = program.source.file_name();
     let bound_mm = tolerance_mm(&program.machine);
-    let mut curves = vec![ours(program, commands, bound_mm)?];
-    let mut title = format!("{name}: how far the executed path is off");
-    let mut y = Scale::linear("distance from the path, mm");
-    if with_encoders {
-        curves.insert(0, theirs(program)?);
-        title = format!("{name}: command-generation error of two encoders");
-        y = Scale::logarithmic(&y.label);
-    }
+    let curve = |name: &str, colour, points| Curve { name: name.to_owned(), colour, points };
+    let ours = ours(program, commands, bound_mm)?;
+    let linear = Scale::linear("distance from the path, mm");
+    let (title, y, curves) = match with_encoders {
+        true => (
+            "command-generation error of two encoders",
+            Scale::logarithmic(&linear.label),
+            vec![
+                curve("encoder of the thesis", 0, theirs(program)?),
+                curve("this program", 1, ours),
+            ],
+        ),
+        false => ("how far the executed path is off", linear, vec![curve("", 0, ours)]),
+    };
     Ok(Chart {
-        title,
+        title: title.to_owned(),
+        size: Size::default(),
         x: Scale::linear("time of motion, s"),
         y,
         curves,
@@ -72,7 +86,7 @@ pub fn of_dump(curve: CurveArg, traces: &Traces, program: &str) -> Result<String
     let quantity = quantity(curve).ok_or_else(|| {
         anyhow!("a dump does not hold the path that it is held against: plot its program")
     })?;
-    Ok(traces.chart(quantity, program).to_string())
+    Ok(named(traces.chart(quantity), program).to_string())
 }
 
 fn quantity(curve: CurveArg) -> Option<Quantity> {
@@ -84,30 +98,28 @@ fn quantity(curve: CurveArg) -> Option<Quantity> {
     }
 }
 
-fn ours(program: &Program, commands: Option<&[Command]>, bound_mm: f64) -> Result<Curve, Failure> {
+fn ours(program: &Program, commands: Option<&[Command]>, bound_mm: f64) -> Result<Points, Failure> {
     let summary = RefCell::new(Summary::default());
-    let (name, tick_us) = ("this program", program.machine.bus.tick_us);
+    let tick_us = program.machine.bus.tick_us;
     match commands {
-        Some(commands) => error_curve(name, program, tick_us, bound_mm, || Ok(given(commands))),
-        None => error_curve(name, program, tick_us, bound_mm, || program.commands(&summary)),
+        Some(commands) => error_curve(program, tick_us, bound_mm, || Ok(given(commands))),
+        None => error_curve(program, tick_us, bound_mm, || program.commands(&summary)),
     }
 }
 
-fn theirs(program: &Program) -> Result<Curve, Failure> {
+fn theirs(program: &Program) -> Result<Points, Failure> {
     let summary = RefCell::new(Summary::default());
-    let name = "encoder of the thesis";
-    error_curve(name, program, thesis::TICK_US, THESIS_OFF_MAX_MM, || {
+    error_curve(program, thesis::TICK_US, THESIS_OFF_MAX_MM, || {
         Ok(program.thesis_commands(&summary))
     })
 }
 
 fn error_curve<C>(
-    name: &str,
     program: &Program,
     tick_us: u32,
     within_mm: f64,
     commands: impl Fn() -> Result<C, RunError>,
-) -> Result<Curve, Failure>
+) -> Result<Points, Failure>
 where
     C: Iterator<Item = Result<Command, RunError>>,
 {
@@ -135,5 +147,5 @@ where
         }
         follows_mm = (follows_mm * WIDER).min(within_mm);
     };
-    Ok(Curve { name: name.to_owned(), points: envelope.points() })
+    Ok(envelope.points())
 }

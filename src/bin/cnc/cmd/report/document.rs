@@ -13,6 +13,11 @@ use crate::program::Program;
 
 /// Version of the document.
 const SCHEMA: u32 = 1;
+/// Figures that no job has: whole numbers that JSON's readers do not keep, 31 years, the way to the moon and
+/// back.
+const COUNT_MAX: u64 = 1 << 53;
+const SECONDS_MAX: f64 = 1e9;
+const LENGTH_MAX_MM: f64 = 1e12;
 
 /// All of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -141,17 +146,36 @@ impl Document {
     }
 
     /// What is wrong with it as a document.
-    pub fn fault(&self) -> Option<&'static str> {
+    pub fn fault(&self) -> Option<String> {
+        if self.schema != SCHEMA {
+            return Some("it is of another version: `\"schema\"` is not 1".to_owned());
+        }
         let is_whole = match self.verdict {
             Verdict::Pass => self.job.is_some() && self.failures.is_empty() && self.errors == 0,
             Verdict::Fail => self.job.is_some() && !self.failures.is_empty() && self.errors == 0,
             Verdict::Refused => self.job.is_none() && self.errors > 0,
         };
-        match self.schema {
-            SCHEMA if is_whole => None,
-            SCHEMA => Some("its verdict does not fit what it says"),
-            _ => Some("it is of another version: `\"schema\"` is not 1"),
+        if !is_whole {
+            return Some("its verdict does not fit what it says".to_owned());
         }
+        let counts = [("errors", self.errors), ("warnings", self.warnings)];
+        let of_job = self.job.iter().flat_map(|job| [("ticks", job.ticks), ("events", job.events)]);
+        let mut counts = counts.into_iter().chain(of_job);
+        let too_many = counts.find(|(_, count)| *count > COUNT_MAX);
+        let too_many = too_many.map(|(name, count)| format!("`\"{name}\"` is {count}"));
+        too_many.or_else(|| self.job.as_ref().and_then(|job| job.fault(self.verdict)))
+    }
+
+    /// What is wrong: failures, or errors of the program as far as they are listed.
+    pub fn wrong(&self) -> impl Iterator<Item = String> {
+        let is_error = |finding: &&Finding| finding.severity == severity(Severity::Error);
+        let errors = self.findings.iter().filter(is_error).map(Finding::sentence);
+        self.failures.iter().cloned().chain(errors)
+    }
+
+    /// How much is wrong, listed or not.
+    pub fn wrong_count(&self) -> u64 {
+        self.failures.len() as u64 + self.errors
     }
 
     pub fn passes(&self) -> bool {
@@ -169,16 +193,33 @@ impl Document {
             (Verdict::Fail, ..) => format!("Fail: {}", self.failures.join("; ")),
             (Verdict::Refused, _, errors) => {
                 let there = if errors == 1 { "there is" } else { "there are" };
-                format!("Cannot be run: {there} {}", count(errors, "error"))
+                format!("Refused: {there} {}", count(errors, "error"))
             }
         }
     }
+}
 
-    /// What is wrong first: a failure, or an error of the program.
-    pub fn first_failure(&self) -> Option<String> {
-        let is_error = |finding: &&Finding| finding.severity == severity(Severity::Error);
-        let error = || self.findings.iter().find(is_error).map(Finding::sentence);
-        self.failures.first().cloned().or_else(error)
+impl Job {
+    /// What cannot be of its figures.
+    fn fault(&self, verdict: Verdict) -> Option<String> {
+        let figures = [
+            ("motion_seconds", self.motion_seconds, SECONDS_MAX),
+            ("total_seconds", self.total_seconds, SECONDS_MAX),
+            ("cut_mm", self.cut_mm, LENGTH_MAX_MM),
+            ("rapid_mm", self.rapid_mm, LENGTH_MAX_MM),
+            ("max_contour_error_mm", self.max_contour_error_mm, LENGTH_MAX_MM),
+            ("tolerance_mm", self.tolerance_mm, LENGTH_MAX_MM),
+        ];
+        let strange = figures.iter().find(|(_, value, most)| !(0.0..=*most).contains(value));
+        if let Some((name, value, _)) = strange {
+            return Some(format!("`\"{name}\"` is {value}"));
+        }
+        if self.motion_seconds > self.total_seconds {
+            return Some("its motion takes longer than all of it".to_owned());
+        }
+        let is_off = self.max_contour_error_mm > self.tolerance_mm;
+        (verdict == Verdict::Pass && is_off)
+            .then(|| "it passes, and its error is beyond its tolerance".to_owned())
     }
 }
 

@@ -4,17 +4,19 @@
 //! order is that of names, whatever the order of files.
 
 mod page;
+mod read;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use cnc::base::rounding::six_digits;
+use cnc::base::source::{shown, visible};
 use serde_json::{Value, json};
 
-use super::document::{Document, Verdict};
+use self::read::Entry;
+use super::document::{Job, Verdict};
 use super::{Args, put};
 use crate::args::Global;
 use crate::exit::{Exit, Outcome, unless_unread};
@@ -22,8 +24,6 @@ use crate::input;
 
 /// Endings of the files of a folder that are taken for results.
 const ENDINGS: [&str; 2] = ["json", "jsonl"];
-/// Most characters of what a job said, where it left no result.
-const SAID_MAX: usize = 300;
 
 /// Why there is no result, or not a good one.
 struct Trouble {
@@ -53,7 +53,7 @@ impl Kind {
 /// All that was found.
 struct Merged {
     /// By name of the program, then of the machine.
-    documents: Vec<Document>,
+    entries: Vec<Entry>,
     troubles: Vec<Trouble>,
 }
 
@@ -62,7 +62,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     if let Some(list) = &args.expected {
         merged.expect(list)?;
     }
-    if merged.documents.is_empty() && merged.troubles.is_empty() {
+    if merged.entries.is_empty() && merged.troubles.is_empty() {
         return Err(anyhow!("there is no result: no file *.json or *.jsonl").into());
     }
     if args.output.is_some() || !global.json {
@@ -75,46 +75,45 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         say!("{}", merged.sentence());
     }
     let troubles = &merged.troubles;
-    troubles.iter().for_each(|trouble| say!("error: {}: {}", trouble.name, trouble.what));
+    for Trouble { name, what, .. } in troubles {
+        let told = format!("{name}: {what}").chars().map(visible).collect::<String>();
+        say!("error: {told}");
+    }
     if !troubles.is_empty() {
         return Err(anyhow!("not every program has a good result").into());
     }
-    Ok(if merged.count(Verdict::Pass) == merged.documents.len() {
-        Exit::Ok
-    } else {
-        Exit::BadInput
-    })
+    Ok(if merged.count(Verdict::Pass) == merged.entries.len() { Exit::Ok } else { Exit::BadInput })
 }
 
-/// Reads every document.
+/// Reads every result.
 fn read(places: &[PathBuf]) -> anyhow::Result<Merged> {
     let mut files = BTreeSet::new();
     for place in places {
-        gather(place, &mut files).with_context(|| place.display().to_string())?;
+        gather(place, &mut files).with_context(|| shown(place))?;
     }
-    let (mut by_name, mut troubles) = (BTreeMap::new(), Vec::new());
-    for file in &files {
-        let name = file.display().to_string();
+    let files: Vec<PathBuf> = files.into_iter().collect();
+    let mut by_name: BTreeMap<(String, String), (Entry, usize)> = BTreeMap::new();
+    let mut troubles = Vec::new();
+    for (at, file) in files.iter().enumerate() {
         let mut trouble = |what: String| {
-            troubles.push(Trouble { kind: Kind::Broken, name: name.clone(), what });
+            troubles.push(Trouble { kind: Kind::Broken, name: shown(file), what });
         };
-        match documents(file) {
-            Err(error) => trouble(error),
-            Ok(documents) => {
-                for document in documents {
-                    let key = (document.file.clone(), document.machine.clone());
-                    if let Some((_, before)) = by_name.get(&key) {
-                        let (program, machine): &(String, String) = &key;
-                        trouble(format!("{program} on {machine} has a result in {before} too"));
-                    } else {
-                        by_name.insert(key, (document, name.clone()));
-                    }
-                }
+        read::documents(file, |entry| {
+            let entry = match entry {
+                Ok(entry) => entry,
+                Err(what) => return trouble(what),
+            };
+            let key = (entry.file.clone(), entry.machine.clone());
+            if let Some((_, before)) = by_name.get(&key) {
+                let ((program, machine), before) = (key, shown(&files[*before]));
+                trouble(format!("{program} on {machine} has a result in {before} too"));
+            } else {
+                by_name.insert(key, (entry, at));
             }
-        }
+        });
     }
-    let documents = by_name.into_values().map(|(document, _)| document).collect();
-    Ok(Merged { documents, troubles })
+    let entries = by_name.into_values().map(|(entry, _)| entry).collect();
+    Ok(Merged { entries, troubles })
 }
 
 /// The files of a folder and of those in it (links to folders are not followed), or the file itself.
@@ -142,43 +141,6 @@ fn gather(place: &Path, files: &mut BTreeSet<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// The documents of a file, one or more, or what is wrong with it.
-fn documents(file: &Path) -> Result<Vec<Document>, String> {
-    let mut bytes = Vec::new();
-    input::has_read(file);
-    let read = match file == Path::new("-") {
-        true => io::stdin().lock().read_to_end(&mut bytes),
-        false => File::open(file).and_then(|mut file| file.read_to_end(&mut bytes)),
-    };
-    read.map_err(|error| error.to_string())?;
-    let mut documents = Vec::new();
-    for document in serde_json::Deserializer::from_slice(&bytes).into_iter::<Document>() {
-        let document =
-            document.map_err(|error| format!("no result of `cnc report --json`: {error}"))?;
-        if let Some(fault) = document.fault() {
-            return Err(format!("no result of `cnc report --json`: {fault}"));
-        }
-        documents.push(document);
-    }
-    match documents.is_empty() {
-        true => Err(format!("it is empty{}", said(file))),
-        false => Ok(documents),
-    }
-}
-
-/// What the job said that left no result: its standard error, where GNU parallel keeps it.
-fn said(file: &Path) -> String {
-    let mut errors = file.as_os_str().to_owned();
-    errors.push(".err");
-    let text = std::fs::read(errors).unwrap_or_default();
-    let text = String::from_utf8_lossy(&text);
-    let line = text.lines().map(str::trim).find(|line| !line.is_empty());
-    let shown = |line: &str| -> String {
-        line.chars().filter(|letter| !letter.is_control()).take(SAID_MAX).collect()
-    };
-    line.map_or(String::new(), |line| format!("; its job said: {}", shown(line)))
-}
-
 impl Merged {
     /// Tells the programs of a list that have no result, and results of programs that are not in it.
     fn expect(&mut self, list: &Path) -> anyhow::Result<()> {
@@ -187,8 +149,7 @@ impl Merged {
         let text = std::fs::read_to_string(list).with_context(name)?;
         let expected: BTreeSet<&str> =
             text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-        let found: BTreeSet<&str> =
-            self.documents.iter().map(|document| document.file.as_str()).collect();
+        let found: BTreeSet<&str> = self.entries.iter().map(|entry| entry.file.as_str()).collect();
         let tell = |kind, name: &str, what: String| Trouble { kind, name: name.to_owned(), what };
         let missing = expected.difference(&found);
         let missing = missing.map(|name| tell(Kind::Missing, name, "it has no result".to_owned()));
@@ -200,7 +161,7 @@ impl Merged {
     }
 
     fn count(&self, verdict: Verdict) -> usize {
-        self.documents.iter().filter(|document| document.verdict == verdict).count()
+        self.entries.iter().filter(|entry| entry.verdict == verdict).count()
     }
 
     fn troubled(&self, kind: Kind) -> usize {
@@ -208,12 +169,12 @@ impl Merged {
     }
 
     fn is_good(&self) -> bool {
-        self.troubles.is_empty() && self.count(Verdict::Pass) == self.documents.len()
+        self.troubles.is_empty() && self.count(Verdict::Pass) == self.entries.len()
     }
 
     /// The sum in a sentence.
     fn sentence(&self) -> String {
-        let of_all = self.documents.len();
+        let of_all = self.entries.len();
         let mut text = match (self.count(Verdict::Pass), of_all) {
             (_, 0) => "no program has a result".to_owned(),
             (1, 1) => "the program passes".to_owned(),
@@ -222,7 +183,7 @@ impl Merged {
         };
         for (count, one, more) in [
             (self.count(Verdict::Fail), "fails", "fail"),
-            (self.count(Verdict::Refused), "cannot be run", "cannot be run"),
+            (self.count(Verdict::Refused), "is refused", "are refused"),
             (self.troubled(Kind::Broken), "result is broken", "results are broken"),
             (self.troubled(Kind::Missing), "result is missing", "results are missing"),
         ] {
@@ -236,49 +197,49 @@ impl Merged {
     /// Programs by machine and the hash of its profile.
     fn machines(&self) -> BTreeMap<(&str, &str), usize> {
         let mut machines = BTreeMap::new();
-        for document in &self.documents {
-            let key = (document.machine.as_str(), document.machine_sha256.as_str());
+        for entry in &self.entries {
+            let key = (entry.machine.as_str(), entry.machine_sha256.as_str());
             *machines.entry(key).or_insert(0) += 1;
         }
         machines
     }
 
     fn tools(&self) -> BTreeSet<&str> {
-        self.documents.iter().map(|document| document.tool.as_str()).collect()
+        self.entries.iter().map(|entry| entry.tool.as_str()).collect()
     }
 
     /// Sum over all jobs.
-    fn sum(&self, of: impl Fn(&super::document::Job) -> f64) -> f64 {
-        let jobs = self.documents.iter().filter_map(|document| document.job.as_ref());
+    fn sum(&self, of: impl Fn(&Job) -> f64) -> f64 {
+        let jobs = self.entries.iter().filter_map(|entry| entry.job.as_ref());
         jobs.map(of).fold(0.0, |sum, part| sum + part)
     }
 
     /// Jobs with the share of the tolerance that their contour error takes, the greatest first.
-    fn by_error(&self) -> Vec<&Document> {
+    fn by_error(&self) -> Vec<&Entry> {
         self.greatest_first(|job| job.max_contour_error_mm / job.tolerance_mm)
     }
 
-    fn greatest_first(&self, of: impl Fn(&super::document::Job) -> f64) -> Vec<&Document> {
-        let mut jobs: Vec<(f64, &Document)> = self
-            .documents
+    fn greatest_first(&self, of: impl Fn(&Job) -> f64) -> Vec<&Entry> {
+        let mut jobs: Vec<(f64, &Entry)> = self
+            .entries
             .iter()
-            .filter_map(|document| Some((of(document.job.as_ref()?), document)))
+            .filter_map(|entry| Some((of(entry.job.as_ref()?), entry)))
             .collect();
         // Equal ones stay in the order of their names.
         jobs.sort_by(|a, b| b.0.total_cmp(&a.0));
-        jobs.into_iter().map(|(_, document)| document).collect()
+        jobs.into_iter().map(|(_, entry)| entry).collect()
     }
 
     fn to_json(&self) -> Value {
-        let results = self.documents.iter().map(|document| {
-            let job = document.job.as_ref();
+        let results = self.entries.iter().map(|entry| {
+            let job = entry.job.as_ref();
             json!({
-                "file": document.file,
-                "machine": document.machine,
-                "verdict": document.verdict,
-                "first_failure": document.first_failure(),
-                "errors": document.errors,
-                "warnings": document.warnings,
+                "file": entry.file,
+                "machine": entry.machine,
+                "verdict": entry.verdict,
+                "first_failure": entry.wrong.first(),
+                "errors": entry.errors,
+                "warnings": entry.warnings,
                 "ticks": job.map(|job| job.ticks),
                 "total_seconds": job.map(|job| job.total_seconds),
                 "max_contour_error_mm": job.map(|job| job.max_contour_error_mm),
@@ -290,15 +251,15 @@ impl Merged {
             json!({"machine": name, "sha256": sha256, "programs": programs})
         });
         let troubles = self.troubles.iter();
-        let ticks = self.documents.iter().filter_map(|document| document.job.as_ref());
+        let ticks = self.entries.iter().filter_map(|entry| entry.job.as_ref());
         json!({
             "schema": 1,
             "verdict": if self.is_good() { "pass" } else { "fail" },
-            "programs": self.documents.len(),
+            "programs": self.entries.len(),
             "passed": self.count(Verdict::Pass),
             "failed": self.count(Verdict::Fail),
             "refused": self.count(Verdict::Refused),
-            "ticks": ticks.map(|job| job.ticks).sum::<u64>(),
+            "ticks": ticks.map(|job| job.ticks).fold(0, u64::saturating_add),
             "motion_seconds": six_digits(self.sum(|job| job.motion_seconds)),
             "total_seconds": six_digits(self.sum(|job| job.total_seconds)),
             "cut_mm": six_digits(self.sum(|job| job.cut_mm)),

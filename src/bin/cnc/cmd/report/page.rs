@@ -15,8 +15,8 @@ pub struct Page {
     pub more_findings: u64,
     /// The style sheet of all drawings, as an element: they have none of their own here.
     pub drawings_style: String,
-    /// The path as SVG.
-    pub path: Option<String>,
+    /// The path as SVG: what lines and colours mean, then a view each.
+    pub path: Vec<String>,
     /// Curves over time as SVG.
     pub curves: Vec<String>,
     pub tables: Vec<Table>,
@@ -54,19 +54,22 @@ pub struct Finding {
 pub struct Table {
     pub title: &'static str,
     pub names: Vec<Cell>,
+    /// Whether rows with a good cell can be left out.
+    pub has_filter: bool,
     pub rows: Vec<Vec<Cell>>,
 }
 
-/// A cell of a table; numbers stand at its right.
+/// A cell of a table.
 pub struct Cell {
     pub text: String,
-    pub is_number: bool,
+    /// `number`, which stands at its right, `good`, `bad`, or none.
+    pub class: &'static str,
 }
 
 impl Page {
-    /// A drawing for this page.
-    pub fn drawing(&self, svg: &str) -> String {
-        svg.replacen(&self.drawings_style, "", 1)
+    /// Drawings for this page.
+    pub fn drawings(&self, svgs: &[String]) -> Vec<String> {
+        svgs.iter().map(|svg| svg.replacen(&self.drawings_style, "", 1)).collect()
     }
 }
 
@@ -96,14 +99,14 @@ impl Table {
             Some(name) => number(name),
             None => text(*name),
         });
-        Table { title, names: names.collect(), rows: Vec::new() }
+        Table { title, names: names.collect(), has_filter: false, rows: Vec::new() }
     }
 }
 
 pub fn text(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), is_number: false }
+    Cell { text: text.into(), class: "" }
 }
 
 pub fn number(text: impl Into<String>) -> Cell {
-    Cell { text: text.into(), is_number: true }
+    Cell { text: text.into(), class: "number" }
 }

@@ -2,9 +2,10 @@
 
 use askama::Template;
 
-use super::super::document::{Document, Verdict};
+use super::super::document::{Job, Verdict};
 use super::super::duration;
 use super::super::page::{Banner, Cell, Figure, Table, number, text};
+use super::read::Entry;
 use super::{Kind, Merged};
 
 /// How many of the greatest are listed for themselves.
@@ -26,15 +27,17 @@ struct Wrong {
     name: String,
     /// What it is: refused on a machine, or broken.
     kind: String,
-    message: String,
+    /// The first of what is wrong, and how much more is.
+    messages: Vec<String>,
+    more: u64,
 }
 
 /// Makes it.
 pub fn of(merged: &Merged) -> Page {
-    let documents = &merged.documents;
+    let entries = &merged.entries;
     let class = if merged.is_good() { "good" } else { "bad" };
     Page {
-        title: match documents.len() {
+        title: match entries.len() {
             1 => "1 program".to_owned(),
             programs => format!("{programs} programs"),
         },
@@ -51,11 +54,11 @@ fn capital(text: &str) -> String {
 }
 
 fn figures(merged: &Merged) -> Vec<Figure> {
-    let warnings: u64 = merged.documents.iter().map(|document| document.warnings).sum();
+    let warnings: u64 = merged.entries.iter().map(|entry| entry.warnings).sum();
     let mut figures = vec![
         Figure::new("pass", merged.count(Verdict::Pass).to_string()),
         Figure::new("fail", merged.count(Verdict::Fail).to_string()),
-        Figure::new("cannot be run", merged.count(Verdict::Refused).to_string()),
+        Figure::new("refused", merged.count(Verdict::Refused).to_string()),
         Figure::new("broken", merged.troubled(Kind::Broken).to_string()),
         Figure::new("missing", merged.troubled(Kind::Missing).to_string()),
         Figure::new("time", duration(merged.sum(|job| job.total_seconds))),
@@ -64,7 +67,7 @@ fn figures(merged: &Merged) -> Vec<Figure> {
         Figure::new("rapid", format!("{:.1} mm", merged.sum(|job| job.rapid_mm))),
         Figure::new("warnings", warnings.to_string()),
     ];
-    if let Some(job) = merged.by_error().first().and_then(|document| document.job.as_ref()) {
+    if let Some(job) = merged.by_error().first().and_then(|entry| entry.job.as_ref()) {
         let worst = format!("{:.4} of {:.4} mm", job.max_contour_error_mm, job.tolerance_mm);
         figures.push(Figure::new("greatest error", worst));
     }
@@ -72,16 +75,18 @@ fn figures(merged: &Merged) -> Vec<Figure> {
 }
 
 fn wrong(merged: &Merged) -> Vec<Wrong> {
-    let failed = merged.documents.iter().filter(|document| !document.passes());
-    let failed = failed.map(|document| Wrong {
-        name: document.file.clone(),
-        kind: format!("{} on {}", name(document.verdict), document.machine),
-        message: document.first_failure().unwrap_or_default(),
+    let failed = merged.entries.iter().filter(|entry| entry.verdict != Verdict::Pass);
+    let failed = failed.map(|entry| Wrong {
+        name: entry.file.clone(),
+        kind: format!("{} on {}", name(entry.verdict), entry.machine),
+        messages: entry.wrong.clone(),
+        more: entry.wrong_count.saturating_sub(entry.wrong.len() as u64),
     });
     let troubles = merged.troubles.iter().map(|trouble| Wrong {
         name: trouble.name.clone(),
         kind: trouble.kind.name().to_owned(),
-        message: trouble.what.clone(),
+        messages: vec![trouble.what.clone()],
+        more: 0,
     });
     failed.chain(troubles).collect()
 }
@@ -94,18 +99,25 @@ fn name(verdict: Verdict) -> &'static str {
     }
 }
 
+fn verdict(verdict: Verdict) -> Cell {
+    Cell { class: if verdict == Verdict::Pass { "good" } else { "bad" }, ..text(name(verdict)) }
+}
+
 fn tables(merged: &Merged) -> Vec<Table> {
-    let greatest = |title, documents: Vec<&Document>| {
-        let shown = documents.into_iter().take(GREATEST);
+    let greatest = |title, entries: Vec<&Entry>| {
+        let shown = entries.into_iter().take(GREATEST);
         Table { rows: shown.map(row).collect(), ..Table::new(title, &COLUMNS) }
     };
     let mut tables = Vec::new();
-    if merged.documents.len() > GREATEST {
+    if merged.entries.len() > GREATEST {
         tables.push(greatest("Longest", merged.greatest_first(|job| job.total_seconds)));
         tables.push(greatest("Nearest to the tolerance", merged.by_error()));
     }
-    let mut all = Table::new("All programs, by name", &COLUMNS);
-    all.rows = merged.documents.iter().map(row).collect();
+    let (passed, others): (Vec<_>, Vec<_>) =
+        merged.entries.iter().partition(|entry| entry.verdict == Verdict::Pass);
+    let mut all = Table::new("All programs, those that do not pass first", &COLUMNS);
+    all.has_filter = !passed.is_empty() && !others.is_empty();
+    all.rows = others.into_iter().chain(passed).map(row).collect();
     let mut made = Table::new("Made from", &["machine", "#programs", "profile"]);
     made.rows = merged
         .machines()
@@ -123,19 +135,17 @@ fn tables(merged: &Merged) -> Vec<Table> {
 const COLUMNS: [&str; 8] =
     ["verdict", "program", "machine", "#time", "#error, mm", "#of, mm", "#line", "#warnings"];
 
-fn row(document: &Document) -> Vec<Cell> {
-    let job = document.job.as_ref();
-    let of_job = |shown: &dyn Fn(&super::super::document::Job) -> String| {
-        number(job.map_or_else(|| "-".to_owned(), shown))
-    };
+fn row(entry: &Entry) -> Vec<Cell> {
+    let job = entry.job.as_ref();
+    let of_job = |shown: &dyn Fn(&Job) -> String| number(job.map_or_else(|| "-".to_owned(), shown));
     vec![
-        text(name(document.verdict)),
-        text(&document.file),
-        text(&document.machine),
+        verdict(entry.verdict),
+        text(&entry.file),
+        text(&entry.machine),
         of_job(&|job| duration(job.total_seconds)),
         of_job(&|job| format!("{:.4}", job.max_contour_error_mm)),
         of_job(&|job| format!("{:.4}", job.tolerance_mm)),
         of_job(&|job| job.worst.map_or_else(|| "-".to_owned(), |worst| worst.line.to_string())),
-        number(document.warnings.to_string()),
+        number(entry.warnings.to_string()),
     ]
 }
