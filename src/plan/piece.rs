@@ -71,9 +71,9 @@ pub struct Piece {
 enum Grip {
     /// Acceleration along a line.
     Straight { accel_mm_s2: f64 },
-    /// Conditions on the squares of the speeds at both ends of a bent piece; and the acceleration
-    /// that its bends leave.
-    Bent { pulls: Pulls, accel_mm_s2: f64 },
+    /// Conditions on the squares of the speeds at both ends of a bent piece; the greatest square that
+    /// they let both have; and the acceleration that its bends leave.
+    Bent { pulls: Pulls, even_sq: f64, accel_mm_s2: f64 },
 }
 
 /// As many as X, Y and Z have are kept in place.
@@ -265,7 +265,7 @@ impl Piece {
     /// with the bends.
     fn held(&self, ends: [RatesRef<'_>; 2], fastest_sq: [f64; 2], limits: &Limits) -> Grip {
         let mut pulls = Pulls::new();
-        let mut accel_mm_s2 = f64::INFINITY;
+        let (mut even_sq, mut accel_mm_s2) = (f64::INFINITY, f64::INFINITY);
         for limit in &limits.axes {
             let (axis, most_mm_s2) = (limit.axis, limit.accel_max_mm_s2);
             let rests =
@@ -275,6 +275,7 @@ impl Piece {
             }
             let [t0, t1] = ends.map(|rates| rates.tangent[axis] * INSIDE);
             let [b0, b1] = ends.map(|rates| rates.bend_per_mm[axis] * INSIDE);
+            even_sq = even_sq.min(most_mm_s2 / b0.abs().max(b1.abs()));
             let along = 0.5 / self.length_mm;
             pulls.push(Pull { from: (b0 - t0 * along) / most_mm_s2, to: t0 * along / most_mm_s2 });
             pulls.push(Pull { from: -t1 * along / most_mm_s2, to: (b1 + t1 * along) / most_mm_s2 });
@@ -284,7 +285,7 @@ impl Piece {
                 accel_mm_s2 = accel_mm_s2.min((most_mm_s2 - across) / rate);
             }
         }
-        Grip::Bent { pulls, accel_mm_s2 }
+        Grip::Bent { pulls, even_sq, accel_mm_s2 }
     }
 
     fn at_feed(segment: &Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {
@@ -357,9 +358,9 @@ impl Piece {
         let exit_sq = exit_sq.min(self.ends_sq_max[1]);
         let reach = match &self.grip {
             Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
-            Grip::Bent { pulls, .. } => {
+            Grip::Bent { pulls, even_sq, .. } => {
                 let entry = |exit_sq| most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq);
-                let even_sq = self.speed_sq_max();
+                let even_sq = self.speed_sq_max().min(*even_sq);
                 let entry_sq = entry(exit_sq);
                 // Above the speed that all of it may have there may be no entry to an exit.
                 let holds = |pull: &Pull| {

@@ -127,7 +127,7 @@ impl Climber {
         // Where a piece allows less the acceleration falls as it does at M.
         self.more_s += self.round_s(self.state.accel_mm_s2 - accel_mm_s2, speed_mm_s);
         self.state.at_mm = lane.stretch.from.at_mm;
-        let climb = lane.climb(self.state, accel_mm_s2, jerk_mm_s3);
+        let climb = lane.climb(self.state, accel_mm_s2, &piece.jerk);
         self.state = climb.end(lane);
         self.more_s += climb.stretches.iter().map(|stretch| stretch.duration_s).sum::<f64>();
         let whole_s = lane.stretch.duration_s;

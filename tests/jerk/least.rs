@@ -1,241 +1,266 @@
-//! The least time with limited jerk, found another way: by dynamic programming over places, speeds and
-//! accelerations. From rest at both ends, at each of some hundred places, of all motions that come by
-//! with about the same speed and acceleration the earliest is kept, exactly; from place to place the
-//! jerk is the greatest, the least, or none. Where both halves meet, their times add up. Nothing
-//! of the planner is used.
+//! What no motion with limited jerk can beat. Nothing of the planner is used.
+//!
+//! ```text
+//!  v ┤     .-"-.    fastest      The speeds of constant accelerations ([`plane`]) are never exceeded. Where
+//!    │    / ,-. \     .--.       they have a valley, the acceleration along the path has one value, α: what
+//!    │   / /   \ \   / ,. \      is left behind it is no faster than c + α·t + j·t²/2, as long as that is
+//!    │  /u/     \w\ / /  \ \     below the greatest acceleration, and the same backwards. Between both climbs
+//!    │ / /       \ V /    \ \    u and w no speed is above the arc -j that touches them. Over a hump so
+//!  0 ┼─────────────c─────────    much time, at least; over all humps the least sum, over all α.
+//! ```
+//!
+//! Each step makes it less, never more: speeds at valleys are the greatest; limits of a hump are the
+//! loosest on it; α is anything in its class, on either side.
 
-use std::collections::HashMap;
-
-use cnc::base::{Axis, Machine};
+use cnc::base::Machine;
 use cnc::path::{Rates, Segment};
 
-use crate::plane::Met;
+use crate::plane::{self, Sample};
 
-/// Places of the path; of each segment at least, if these are few.
-const PLACES: usize = 200;
-const PLACES_MIN: usize = 12;
-const FEW: usize = 100;
-/// Classes of speeds and of accelerations that are told apart.
-const SPEEDS: f64 = 100.0;
-const ACCELS: f64 = 16.0;
+/// A valley is lower than what is to its sides by this share.
+const DEEP: f64 = 1e-3;
 
-/// A place: where, how position changes before and after it, and the greatest speed there.
+/// Classes of accelerations in a valley.
+const CLASSES: usize = 24;
+
+/// Places behind a valley up to which climbs are looked at.
+const PLACES: usize = 12;
+
+/// Halvings of a range of times.
+const HALVINGS: u32 = 20;
+
+/// Arcs between two climbs that are tried.
+const ARCS: u32 = 12;
+
+/// A place of the path.
 struct Place {
     at_mm: f64,
-    rates: Rates,
+    /// When it is reached with constant accelerations.
+    at_s: f64,
     speed_mm_s: f64,
+    limits: Limits,
 }
 
+/// The greatest speed, acceleration and jerk along the path.
 #[derive(Clone, Copy)]
-struct Motion {
-    time_s: f64,
-    speed: f64,
-    accel: f64,
+struct Limits {
+    speed_mm_s: f64,
+    accel_mm_s2: f64,
+    jerk_mm_s3: f64,
 }
 
-/// The places lie closer to each other near the ends, where the machine is slow; on a path of few
-/// segments near the ends of each, where limits change.
+impl Limits {
+    fn loosest(self, other: Limits) -> Limits {
+        Limits {
+            speed_mm_s: self.speed_mm_s.max(other.speed_mm_s),
+            accel_mm_s2: self.accel_mm_s2.max(other.accel_mm_s2),
+            jerk_mm_s3: self.jerk_mm_s3.max(other.jerk_mm_s3),
+        }
+    }
+}
+
+fn limits(sample: &Sample, machine: &Machine) -> Limits {
+    let Rates { tangent, bend_per_mm } = &sample.rates;
+    let (mut accel_mm_s2, mut jerk_mm_s3) = (f64::INFINITY, f64::INFINITY);
+    for profile in &machine.axes {
+        let rate = tangent[profile.axis].abs();
+        if rate > 0.0 {
+            // A bend may help one axis: x''·v² against x'·a.
+            let across = bend_per_mm[profile.axis].abs() * sample.limit_sq;
+            accel_mm_s2 = accel_mm_s2.min((profile.accel_max_mm_s2 + across) / rate);
+            jerk_mm_s3 = jerk_mm_s3.min(profile.jerk_max_mm_s3.unwrap() / rate);
+        }
+    }
+    Limits { speed_mm_s: sample.limit_sq.sqrt(), accel_mm_s2, jerk_mm_s3 }
+}
+
 fn places(segments: &[Segment], machine: &Machine) -> Vec<Place> {
-    let total_mm: f64 = segments.iter().map(Segment::length_mm).sum();
-    let mut joints = vec![];
-    let mut end_mm = 0.0;
-    for segment in segments {
-        end_mm += segment.length_mm();
-        joints.push(end_mm);
-    }
-    let ends = if segments.len() <= FEW { joints.clone() } else { vec![total_mm] };
-    let mut marks = vec![0.0];
-    let mut start_mm = 0.0;
-    let count = (PLACES / ends.len()).max(PLACES_MIN);
-    for end_mm in ends {
-        for k in 1..count {
-            let share = k as f64 / count as f64;
-            let near = 2.0 * share.min(1.0 - share).powi(2);
-            let share = if share < 0.5 { near } else { 1.0 - near };
-            marks.push(start_mm + (end_mm - start_mm) * share);
+    let samples = plane::fastest(segments, machine);
+    let (mut at_mm, mut at_s) = (0.0, 0.0);
+    let mut places = Vec::with_capacity(samples.len());
+    for (k, sample) in samples.iter().enumerate() {
+        if k > 0 {
+            at_mm += samples[k - 1].way_mm;
+            at_s += plane::time_s(&samples[k - 1..=k]);
         }
-        start_mm = end_mm;
+        let limits = limits(sample, machine);
+        places.push(Place { at_mm, at_s, speed_mm_s: limits.speed_mm_s, limits });
     }
-    marks.retain(|mark| joints.iter().all(|joint| (joint - mark).abs() > 1e-6));
-    marks.extend(&joints);
-    marks.sort_by(f64::total_cmp);
-    marks.dedup();
-    marks.iter().map(|mark| place(*mark, segments, &joints, machine)).collect()
+    places
 }
 
-fn place(at_mm: f64, segments: &[Segment], joints: &[f64], machine: &Machine) -> Place {
-    let i = joints.partition_point(|joint| *joint < at_mm - 1e-9).min(segments.len() - 1);
-    let segment = &segments[i];
-    let share = 1.0 - (joints[i] - at_mm) / segment.length_mm();
-    let rates = segment.rates_at(share);
-    let mut speed = speed_max(&rates, segment, machine);
-    let next = segments.get(i + 1).filter(|_| (joints[i] - at_mm).abs() < 1e-9);
-    if let Some(next) = next {
-        let after = next.rates_at(0.0);
-        let mean_mm = 0.5 * (segment.length_mm() + next.length_mm());
-        speed = speed
-            .min(speed_max(&after, next, machine))
-            .min(corner(&rates, &after, mean_mm, machine))
-            .min(Met::of(segment, next, machine).limit_sq.sqrt());
-    }
-    Place { at_mm, rates, speed_mm_s: speed }
-}
-
-fn speed_max(rates: &Rates, segment: &Segment, machine: &Machine) -> f64 {
-    let bend_sq: f64 = Axis::LINEAR.iter().map(|axis| rates.bend_per_mm[*axis].powi(2)).sum();
-    let mut speed = segment.feed_mm_s.unwrap_or(f64::INFINITY);
-    for axis in &machine.axes {
-        let (rate, bend) = (rates.tangent[axis.axis].abs(), rates.bend_per_mm[axis.axis].abs());
-        let count = f64::from(machine.count_max(axis)) / axis.steps_per_mm / machine.bus.tick_s();
-        speed = speed.min(axis.speed_max_mm_s.min(count) / rate);
-        speed = speed.min((axis.accel_max_mm_s2 / bend).sqrt());
-        // Turning takes no more than half of an axis's jerk.
-        speed = speed.min((0.5 * axis.jerk_max_mm_s3.unwrap() / (bend_sq * rate)).cbrt());
-    }
-    speed
-}
-
-/// The rules of corners: steps of speed, bends of chopped curves, chords of ticks.
-pub fn corner(a: &Rates, b: &Rates, mean_mm: f64, machine: &Machine) -> f64 {
-    let tick_s = machine.bus.tick_s();
-    let mut speed = f64::INFINITY;
-    let (mut turn_sq, mut accel, mut turns) = (0.0, 0.0_f64, vec![]);
-    for axis in &machine.axes {
-        let turn = (b.tangent[axis.axis] - a.tangent[axis.axis]).abs();
-        turn_sq += turn * turn;
-        let step = axis.start_speed_mm_s.max(axis.accel_max_mm_s2 * tick_s);
-        speed = speed.min(step / turn).min((axis.accel_max_mm_s2 * mean_mm / turn).sqrt());
-        let rate = a.tangent[axis.axis].abs().max(b.tangent[axis.axis].abs());
-        turns.push((rate, axis.jerk_max_mm_s3.unwrap()));
-        accel = accel.max(axis.accel_max_mm_s2 * rate);
-    }
-    if turn_sq.sqrt() < 1e-6 {
-        return f64::INFINITY;
-    }
-    if speed * speed >= 0.999 * machine.axes[0].accel_max_mm_s2 * mean_mm / turn_sq.sqrt() {
-        for (rate, jerk) in turns {
-            speed = speed.min((0.5 * jerk * mean_mm * mean_mm / (turn_sq * rate)).cbrt());
+/// Numbers of the places where a valley begins or ends, the ends of the path included.
+fn valleys(places: &[Place]) -> Vec<usize> {
+    let speed = |k: usize| places[k].speed_mm_s;
+    let (mut valleys, mut lowest, mut highest, mut falls) = (vec![0], 0, 0, false);
+    for k in 1..places.len() {
+        if falls && speed(k) < speed(lowest) {
+            lowest = k;
+        } else if falls && speed(k) > speed(lowest) * (1.0 + DEEP) {
+            let is_valley = |k: &usize| speed(*k) <= speed(lowest) * (1.0 + DEEP);
+            let first = (0..=lowest).rev().take_while(is_valley).last().unwrap_or(lowest);
+            let last = (lowest..k).take_while(is_valley).last().unwrap_or(lowest);
+            valleys.extend([first, last]);
+            (falls, highest) = (false, k);
+        } else if !falls && speed(k) > speed(highest) {
+            highest = k;
+        } else if !falls && speed(k) < speed(highest) * (1.0 - DEEP) {
+            (falls, lowest) = (true, k);
         }
     }
-    let gain_mm = 0.25 * accel * tick_s * tick_s;
-    speed.min(((4.0 * machine.path_tolerance_mm / turn_sq.sqrt() - gain_mm) / tick_s).max(0.0))
+    valleys.push(places.len() - 1);
+    valleys.dedup();
+    valleys
 }
 
-/// Acceleration (sign 1) or braking (sign -1) that the axes allow at a speed.
-fn accel_max(place: &Place, speed: f64, sign: f64, machine: &Machine) -> f64 {
-    let mut least = f64::INFINITY;
-    for axis in &machine.axes {
-        let (rate, bend) =
-            (sign * place.rates.tangent[axis.axis], place.rates.bend_per_mm[axis.axis]);
-        if rate != 0.0 {
-            let across = bend * speed * speed * rate.signum();
-            least = least.min((axis.accel_max_mm_s2 - across) / rate.abs());
-        }
-    }
-    least.max(0.0)
+/// Speeding up from a valley as fast as can be.
+#[derive(Clone, Copy)]
+struct Climb {
+    speed_mm_s: f64,
+    accel_mm_s2: f64,
+    limits: Limits,
 }
 
-/// How long a way takes with one jerk, by halving.
-fn over(from: &Motion, jerk: f64, way_mm: f64) -> Option<Motion> {
-    let way = |t: f64| (from.speed + (0.5 * from.accel + jerk / 6.0 * t) * t) * t;
-    let speed = |t: f64| from.speed + (from.accel + 0.5 * jerk * t) * t;
-    let mut high = way_mm / from.speed.max(1e-3 * way_mm.cbrt());
-    let root = from.accel * from.accel - 2.0 * jerk * from.speed;
-    if jerk < 0.0 || (from.accel < 0.0 && root > 0.0) {
-        // When the speed is zero for the first time.
-        let stop =
-            if jerk == 0.0 { -from.speed / from.accel } else { (-from.accel - root.sqrt()) / jerk };
-        if way(stop) < way_mm || stop <= 0.0 || stop.is_nan() {
-            return None;
-        }
-        high = stop;
+impl Climb {
+    /// How long the acceleration grows.
+    fn grows_s(&self) -> f64 {
+        ((self.limits.accel_mm_s2 - self.accel_mm_s2) / self.limits.jerk_mm_s3).max(0.0)
     }
-    while way(high) < way_mm {
-        high *= 2.0;
-        if high > 1e3 {
-            return None;
-        }
+
+    /// Way and speed after a time.
+    fn after(&self, time_s: f64) -> (f64, f64) {
+        let grow_s = self.grows_s().min(time_s);
+        let (v, a, j) = (self.speed_mm_s, self.accel_mm_s2, self.limits.jerk_mm_s3);
+        let way_mm = (v + (0.5 * a + j / 6.0 * grow_s) * grow_s) * grow_s;
+        let speed_mm_s = v + (a + 0.5 * j * grow_s) * grow_s;
+        let (rest_s, a) = (time_s - grow_s, a + j * grow_s);
+        (way_mm + (speed_mm_s + 0.5 * a * rest_s) * rest_s, speed_mm_s + a * rest_s)
     }
-    let (mut low, mut t) = (0.0, 0.5 * high);
-    for _ in 0..60 {
-        let off = way(t) - way_mm;
-        if off.abs() < 1e-12 * way_mm {
-            break;
-        }
-        *if off > 0.0 { &mut high } else { &mut low } = t;
-        let next = t - off / speed(t);
-        t = if next > low && next < high { next } else { 0.5 * (low + high) };
+
+    /// When it has a speed.
+    fn reaches_s(&self, speed_mm_s: f64) -> f64 {
+        first(|time_s| self.after(time_s).1 >= speed_mm_s)
     }
-    Some(Motion { time_s: from.time_s + t, speed: speed(t), accel: from.accel + jerk * t })
+
+    /// How long a way takes at least, if no speed is above the limit.
+    fn over_s(&self, way_mm: f64) -> f64 {
+        let top_s = self.reaches_s(self.limits.speed_mm_s);
+        let top_mm = self.after(top_s).0;
+        if top_mm < way_mm {
+            return top_s + (way_mm - top_mm) / self.limits.speed_mm_s;
+        }
+        first(|time_s| self.after(time_s).0 >= way_mm)
+    }
 }
 
-type Kept = HashMap<(i32, i32), Motion>;
-
-fn classes(motion: &Motion, top: f64, accel: f64) -> (i32, i32) {
-    ((motion.speed / top * SPEEDS).round() as i32, (motion.accel / accel * ACCELS).round() as i32)
+/// The first time at which something is so, from when on it stays so.
+fn first(is_so: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, 1e-3);
+    while !is_so(high) && high < 1e6 {
+        (low, high) = (high, 2.0 * high);
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *if is_so(middle) { &mut high } else { &mut low } = middle;
+    }
+    low
 }
 
-/// All that can be from rest at the first of the places to the last, with the path in this direction.
-fn reach(places: &[Place], direction: f64, machine: &Machine, top: f64) -> Kept {
-    let accel_top = machine.axes[0].accel_max_mm_s2;
-    let mut kept: Kept = HashMap::from([((0, 0), Motion { time_s: 0.0, speed: 0.0, accel: 0.0 })]);
-    for pair in places.windows(2) {
-        let way_mm = (pair[1].at_mm - pair[0].at_mm).abs();
-        let rates = &pair[0].rates.tangent;
-        let jerks =
-            machine.axes.iter().map(|axis| axis.jerk_max_mm_s3.unwrap() / rates[axis.axis].abs());
-        let jerk_max = jerks.fold(f64::INFINITY, f64::min);
-        let mut next = Kept::new();
-        for from in kept.values() {
-            for jerk in [jerk_max, 0.0, -jerk_max] {
-                if from.speed == 0.0 && jerk <= 0.0 {
-                    continue;
-                }
-                // Up to the greatest acceleration, if that comes first.
-                let Some(mut to) = over(from, jerk, way_mm) else { continue };
-                let most = accel_max(&pair[1], to.speed, direction, machine);
-                let least = -accel_max(&pair[1], to.speed, -direction, machine);
-                if to.accel > most && from.accel < most {
-                    let jerk = (most - from.accel) / (to.time_s - from.time_s);
-                    let Some(held) = over(from, jerk, way_mm) else { continue };
-                    to = held;
-                } else if to.accel < least && from.accel > least {
-                    let jerk = (least - from.accel) / (to.time_s - from.time_s);
-                    let Some(held) = over(from, jerk, way_mm) else { continue };
-                    to = held;
-                }
-                let fits = to.accel <= most * 1.001 + 1.0 && to.accel >= least * 1.001 - 1.0;
-                if to.speed > pair[1].speed_mm_s || !fits {
-                    continue;
-                }
-                let best = next.entry(classes(&to, top, accel_top)).or_insert(to);
-                if to.time_s < best.time_s {
-                    *best = to;
-                }
+/// No way in a time is longer than this, between two climbs.
+fn way_max_mm(time_s: f64, [u, w]: &[Climb; 2]) -> f64 {
+    let limits = u.limits;
+    // Where the climbs meet.
+    let (mut low_s, mut high_s) = (0.0, time_s);
+    for _ in 0..HALVINGS {
+        let middle_s = 0.5 * (low_s + high_s);
+        let below = u.after(middle_s).1 < w.after(time_s - middle_s).1;
+        *if below { &mut low_s } else { &mut high_s } = middle_s;
+    }
+    let (up_s, down_s) = (low_s, time_s - low_s);
+    let mut most_mm = u.after(up_s).0 + w.after(down_s).0;
+    if u.after(up_s).1 > limits.speed_mm_s {
+        let tops_s = [u, w].map(|climb| climb.reaches_s(limits.speed_mm_s));
+        let ways_mm = u.after(tops_s[0]).0 + w.after(tops_s[1]).0;
+        most_mm = most_mm.min(ways_mm + (time_s - tops_s[0] - tops_s[1]) * limits.speed_mm_s);
+    }
+    // An arc -j over 2·half lies above its chord by j·(2·half)³/12 in all.
+    for k in 1..=ARCS {
+        let half_s = up_s.min(down_s) * f64::from(k) / f64::from(ARCS);
+        let (up_mm, up_mm_s) = u.after(up_s - half_s);
+        let (down_mm, down_mm_s) = w.after(down_s - half_s);
+        let arc_mm = limits.jerk_mm_s3 * (2.0 * half_s).powi(3) / 12.0;
+        most_mm = most_mm.min(up_mm + down_mm + (up_mm_s + down_mm_s) * half_s + arc_mm);
+    }
+    most_mm
+}
+
+/// What is lost behind a valley against constant accelerations, at least, up to the hump's top.
+fn lost_s<'a>(behind: impl Iterator<Item = &'a Place>, accel_mm_s2: f64) -> f64 {
+    let mut behind = behind.peekable();
+    let Some(valley) = behind.peek().copied() else { return 0.0 };
+    let places: Vec<&Place> = behind.collect();
+    let (mut limits, mut lost_s) = (valley.limits, 0.0_f64);
+    let every = places.len().div_ceil(PLACES);
+    for (k, place) in places.iter().enumerate() {
+        limits = limits.loosest(place.limits);
+        if k > 0 && (k % every == 0 || k + 1 == places.len()) {
+            let climb = Climb { speed_mm_s: valley.speed_mm_s, accel_mm_s2, limits };
+            let way_mm = (place.at_mm - valley.at_mm).abs();
+            lost_s = lost_s.max(climb.over_s(way_mm) - (place.at_s - valley.at_s).abs());
+        }
+    }
+    lost_s
+}
+
+/// The greatest and least accelerations of the classes in a valley; at rest there is none.
+fn classes(place: &Place) -> Vec<[f64; 2]> {
+    if place.speed_mm_s == 0.0 {
+        return vec![[0.0; 2]];
+    }
+    // Narrow about zero, where the least sum mostly is.
+    let accel = |k: usize| {
+        let share = 2.0 * k as f64 / CLASSES as f64 - 1.0;
+        place.limits.accel_mm_s2 * share * share.abs()
+    };
+    (0..CLASSES).map(|k| [accel(k), accel(k + 1)]).collect()
+}
+
+/// The least sums up to the end of a hump, by the class of acceleration there, from those up to its start.
+fn over(hump: &[Place], sums_s: &[f64]) -> Vec<f64> {
+    let (start, end) = (&hump[0], &hump[hump.len() - 1]);
+    let limits = hump.iter().fold(start.limits, |most, place| most.loosest(place.limits));
+    let [length_mm, floor_s] = [end.at_mm - start.at_mm, end.at_s - start.at_s];
+    let speed = |k: &usize| hump[*k].speed_mm_s;
+    let top = (0..hump.len()).max_by(|a, b| speed(a).total_cmp(&speed(b))).unwrap_or(0);
+    let climb =
+        |place: &Place, accel_mm_s2| Climb { speed_mm_s: place.speed_mm_s, accel_mm_s2, limits };
+    let up = |class: &[f64; 2]| (climb(start, class[1]), lost_s(hump[..=top].iter(), class[1]));
+    let ups: Vec<_> = classes(start).iter().map(up).collect();
+    let least_s = |class: &[f64; 2]| {
+        let down = climb(end, -class[0]);
+        let down_lost_s = lost_s(hump[top..].iter().rev(), -class[0]);
+        let mut best_s = f64::INFINITY;
+        for ((up, up_lost_s), sum_s) in ups.iter().zip(sums_s) {
+            let change_s = (class[0] - up.accel_mm_s2) / limits.jerk_mm_s3;
+            let floor_s = (floor_s + up_lost_s + down_lost_s).max(change_s);
+            let is_enough = |time_s| way_max_mm(time_s, &[*up, down]) >= length_mm;
+            if sum_s + floor_s >= best_s || best_s < f64::INFINITY && !is_enough(best_s - sum_s) {
+                continue;
             }
+            let is_floor = is_enough(floor_s);
+            let more_s = if is_floor { 0.0 } else { first(|more_s| is_enough(floor_s + more_s)) };
+            best_s = best_s.min(sum_s + floor_s + more_s);
         }
-        kept = next;
-    }
-    kept
+        best_s
+    };
+    classes(end).iter().map(least_s).collect()
 }
 
-/// The least time found.
+/// The least sum.
 pub fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
-    let mut places = places(segments, machine);
-    let top = places.iter().map(|place| place.speed_mm_s).fold(0.0, f64::max);
-    let total_mm = places.last().map_or(0.0, |place| place.at_mm);
-    let peak = (total_mm * machine.axes[0].accel_max_mm_s2 * 1.5).sqrt();
-    let top = top.min(peak);
-    let middle = places.iter().position(|place| place.at_mm >= 0.4 * total_mm).unwrap();
-    let there = reach(&places[..=middle], 1.0, machine, top);
-    places.drain(..middle);
-    places.reverse();
-    let back = reach(&places, -1.0, machine, top);
-    let mut least = f64::INFINITY;
-    for ((speed, accel), motion) in &there {
-        if let Some(other) = back.get(&(*speed, -*accel)) {
-            least = least.min(motion.time_s + other.time_s);
-        }
-    }
-    least
+    let places = places(segments, machine);
+    let humps = valleys(&places);
+    let humps = humps.windows(2).map(|pair| &places[pair[0]..=pair[1]]);
+    let sums_s = humps.fold(vec![0.0], |sums_s, hump| over(hump, &sums_s));
+    sums_s.into_iter().fold(f64::INFINITY, f64::min)
 }

@@ -13,8 +13,12 @@ mod plane;
 mod programs;
 #[path = "../ways/mod.rs"]
 mod ways;
-use plane::least_s;
 use ways::{arc, at, line, moves};
+
+/// The least time from rest to rest.
+fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
+    plane::fastest(segments, machine).windows(2).map(plane::time_s).sum()
+}
 
 fn planned_s(segments: &[Segment], machine: &Machine) -> f64 {
     let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
@@ -87,6 +91,24 @@ fn circles_native_and_chopped() {
         };
         let way: Vec<_> = (1..=chords).map(|k| (to(k), line(feed))).collect();
         check("chopped circle", &way);
+    }
+}
+
+/// Chords of curves that open, and a line: the end of a chord may be faster than its start can ever be.
+/// That is where a plan may lose 0.01 s, and must not stop.
+#[test]
+fn opening_curves() {
+    for start in 0..12 {
+        let (mut angle, mut x, mut y) = (0.52 * f64::from(start), 0.0, 0.0);
+        let mut way: Vec<_> = (0..40)
+            .map(|k| {
+                angle += 0.3 * 0.8_f64.powi(k);
+                (x, y) = (x + 0.15 * angle.cos(), y + 0.15 * angle.sin());
+                (at(x, y, 0.0), line(1000.0))
+            })
+            .collect();
+        way.push((at(x + 15.0 * angle.cos(), y + 15.0 * angle.sin(), 0.0), line(1000.0)));
+        check("opening curve", &way);
     }
 }
 

@@ -1,4 +1,4 @@
-//! The least time with constant accelerations, found another way: by integrating u = v² forwards and
+//! The greatest speeds with constant accelerations, found another way: by integrating u = v² forwards and
 //! backwards over thousands of points of the path, with no pieces, no windows and no closed forms.
 //! Nothing of the planner is used.
 
@@ -11,16 +11,26 @@ const POINTS: usize = 60_000;
 /// Points of a segment at least.
 const POINTS_MIN: usize = 100;
 
-/// A point of the path: the way to the next, what holds the speed, how position changes.
-struct Sample {
-    way_mm: f64,
-    limit_sq: f64,
-    rates: Rates,
+/// Share of an axis's jerk that turning may take.
+const TURN_SHARE: f64 = 0.5;
+
+/// The same of turning and of bends under acceleration, 3·x''·v·a, together.
+const BEND_SHARE: f64 = 0.75;
+
+/// A point of the path.
+pub struct Sample {
+    /// The way to the next.
+    pub way_mm: f64,
+    /// Square of the greatest speed: in the end what is found, from what its own place allows.
+    pub limit_sq: f64,
+    /// How position changes there.
+    pub rates: Rates,
 }
 
 /// The rules: an axis's speed, the steps that its node makes in a tick, its acceleration across a
-/// curve; in a corner its step of speed, v²·|Δt|/L against its acceleration, and what is shared with
-/// corners so near that verify's widest window holds both.
+/// curve, and if it has a limit on jerk, what of that κ²·v³ may take; in a corner its step of speed,
+/// v²·|Δt|/L against its acceleration, and what is shared with corners so near that verify's widest window
+/// holds both.
 fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
     let total_mm: f64 = segments.iter().map(Segment::length_mm).sum();
     let tick_s = f64::from(machine.bus.tick_us) * 1e-6;
@@ -40,6 +50,7 @@ fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
                 rates.bend_per_mm[axis] = bends[0][axis] * (1.0 - share) + bends[1][axis] * share;
             }
             let mut limit_sq = segment.feed_mm_s.unwrap_or(f64::INFINITY).powi(2);
+            let bend_sq = bend_sq(&rates);
             for profile in &machine.axes {
                 let (rate, bend) = (rates.tangent[profile.axis], rates.bend_per_mm[profile.axis]);
                 let count_mm_s =
@@ -47,6 +58,10 @@ fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
                 let speed_mm_s = profile.speed_max_mm_s.min(count_mm_s);
                 limit_sq = limit_sq.min((speed_mm_s / rate).powi(2));
                 limit_sq = limit_sq.min(profile.accel_max_mm_s2 / bend.abs());
+                if let Some(jerk_mm_s3) = profile.jerk_max_mm_s3 {
+                    let turning_mm_s = (TURN_SHARE * jerk_mm_s3 / (bend_sq * rate.abs())).cbrt();
+                    limit_sq = limit_sq.min(turning_mm_s.powi(2));
+                }
             }
             if let Some(met) = begins.filter(|_| k == 0) {
                 limit_sq = limit_sq.min(met.limit_sq);
@@ -59,16 +74,16 @@ fn samples(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
 }
 
 /// Where two segments meet.
-pub struct Met {
+struct Met {
     /// Square of the greatest speed.
-    pub limit_sq: f64,
+    limit_sq: f64,
     /// In a chopped curve, how much it bends.
     bend: Point,
 }
 
 impl Met {
     /// Of two segments.
-    pub fn of(before: &Segment, after: &Segment, machine: &Machine) -> Met {
+    fn of(before: &Segment, after: &Segment, machine: &Machine) -> Met {
         let [end, start] = [before.rates_at(1.0), after.rates_at(0.0)];
         let tick_s = f64::from(machine.bus.tick_us) * 1e-6;
         let lengths = [before.length_mm(), after.length_mm()];
@@ -117,6 +132,10 @@ fn tick_speed_mm_s(a: &Rates, b: &Rates, machine: &Machine) -> f64 {
     ((4.0 * machine.path_tolerance_mm / turn_rad - gain_mm) / tick_s).max(0.0)
 }
 
+fn bend_sq(rates: &Rates) -> f64 {
+    Axis::LINEAR.iter().map(|axis| rates.bend_per_mm[*axis].powi(2)).sum()
+}
+
 /// The greatest acceleration (sign 1) or braking (sign -1) at a speed.
 fn accel_mm_s2(rates: &Rates, speed_sq: f64, sign: f64, machine: &Machine) -> f64 {
     let mut least = f64::INFINITY;
@@ -126,26 +145,38 @@ fn accel_mm_s2(rates: &Rates, speed_sq: f64, sign: f64, machine: &Machine) -> f6
             let across = bend * speed_sq * rate.signum();
             least = least.min((profile.accel_max_mm_s2 - across) / rate.abs());
         }
+        if let Some(jerk_mm_s3) = profile.jerk_max_mm_s3 {
+            let speed_mm_s = speed_sq.sqrt();
+            let turning_mm_s3 = bend_sq(rates) * rate.abs() * speed_sq * speed_mm_s;
+            let left_mm_s3 = BEND_SHARE * jerk_mm_s3 - turning_mm_s3;
+            least = least.min(left_mm_s3 / (3.0 * bend.abs() * speed_mm_s));
+        }
     }
     least.max(0.0)
 }
 
-/// The least time from rest to rest.
-pub fn least_s(segments: &[Segment], machine: &Machine) -> f64 {
-    let samples = samples(segments, machine);
-    let mut speed_sq: Vec<f64> = samples.iter().map(|sample| sample.limit_sq).collect();
-    let last = speed_sq.len() - 1;
-    (speed_sq[0], speed_sq[last]) = (0.0, 0.0);
+/// From rest to rest, the greatest speeds that any motion has anywhere.
+pub fn fastest(segments: &[Segment], machine: &Machine) -> Vec<Sample> {
+    let mut samples = samples(segments, machine);
+    let last = samples.len() - 1;
+    (samples[0].limit_sq, samples[last].limit_sq) = (0.0, 0.0);
     for k in (0..last).rev() {
-        let accel = accel_mm_s2(&samples[k].rates, speed_sq[k + 1], -1.0, machine);
-        speed_sq[k] = speed_sq[k].min(speed_sq[k + 1] + 2.0 * accel * samples[k].way_mm);
+        let exit_sq = samples[k + 1].limit_sq;
+        let accel = accel_mm_s2(&samples[k].rates, exit_sq, -1.0, machine);
+        let entry_sq = exit_sq + 2.0 * accel * samples[k].way_mm;
+        samples[k].limit_sq = samples[k].limit_sq.min(entry_sq);
     }
-    let mut time_s = 0.0;
     for k in 0..last {
-        let accel = accel_mm_s2(&samples[k].rates, speed_sq[k], 1.0, machine);
-        speed_sq[k + 1] = speed_sq[k + 1].min(speed_sq[k] + 2.0 * accel * samples[k].way_mm);
-        let ends = speed_sq[k].sqrt() + speed_sq[k + 1].sqrt();
-        time_s += if samples[k].way_mm > 0.0 { 2.0 * samples[k].way_mm / ends } else { 0.0 };
+        let entry_sq = samples[k].limit_sq;
+        let accel = accel_mm_s2(&samples[k].rates, entry_sq, 1.0, machine);
+        let exit_sq = entry_sq + 2.0 * accel * samples[k].way_mm;
+        samples[k + 1].limit_sq = samples[k + 1].limit_sq.min(exit_sq);
     }
-    time_s
+    samples
+}
+
+/// How long it takes from one sample to the next.
+pub fn time_s(pair: &[Sample]) -> f64 {
+    let ends_mm_s = pair[0].limit_sq.sqrt() + pair[1].limit_sq.sqrt();
+    if pair[0].way_mm > 0.0 { 2.0 * pair[0].way_mm / ends_mm_s } else { 0.0 }
 }

@@ -43,8 +43,7 @@ pub fn ceiling(plan: &[Lane], runs: &[Run]) -> Ceiling {
                 continue;
             }
             let accel_max_mm_s2 = runs[lane.run].braking_mm_s2(state.speed_mm_s);
-            let jerk_mm_s3 = piece.jerk.jerk_mm_s3(state.speed_mm_s, accel_max_mm_s2);
-            let climb = lane.climb(state, accel_max_mm_s2, jerk_mm_s3);
+            let climb = lane.climb(state, accel_max_mm_s2, &piece.jerk);
             state = climb.end(&lane);
             follows = climb.meets;
             let middle_mm = climb.stretches[1].from.at_mm;

@@ -2,6 +2,7 @@
 
 use super::super::piece::Piece;
 use super::bracket::Bracket;
+use super::limit::JerkLimit;
 use super::stretch::{State, Stretch};
 
 /// On bent pieces the acceleration is constant and steps from one to the next: by what the jerk makes
@@ -52,10 +53,11 @@ impl Lane {
     }
 
     /// Speeds up from a state on or below it.
-    pub fn climb(&self, from: State, accel_max_mm_s2: f64, jerk_mm_s3: f64) -> Climb {
+    pub fn climb(&self, from: State, accel_max_mm_s2: f64, jerk: &JerkLimit) -> Climb {
         let accel_mm_s2 = from.accel_mm_s2.min(accel_max_mm_s2).max(0.0);
         let from = State { accel_mm_s2, ..from };
         let length_mm = self.end_mm - from.at_mm;
+        let jerk_mm_s3 = jerk.climbing_mm_s3(&from, length_mm, accel_max_mm_s2);
         let rise_s = (accel_max_mm_s2 - accel_mm_s2).max(0.0) / jerk_mm_s3;
         let mut rise = Stretch { from, jerk_mm_s3, duration_s: rise_s };
         let none = |from| Stretch { from, jerk_mm_s3: 0.0, duration_s: 0.0 };

@@ -15,6 +15,8 @@ use crate::base::{Axis, Point};
 use crate::path::RatesRef;
 use crate::plan::limits::Limits;
 
+use super::stretch::State;
+
 /// Share of an axis's jerk that turning alone may take: it holds the speed.
 const TURN_SHARE: f64 = 0.5;
 
@@ -115,5 +117,17 @@ impl JerkLimit {
     pub fn jerk_mm_s3(&self, speed_mm_s: f64, accel_mm_s2: f64) -> f64 {
         let taken = self.turn * speed_mm_s.powi(3) + self.bend * speed_mm_s * accel_mm_s2.abs();
         self.along_mm_s3 * (1.0 - taken).max(ALONG_SHARE)
+    }
+
+    /// The greatest jerk along the path with which the acceleration may grow from a state over a way, up to
+    /// a greatest one: what is left at the end of it.
+    pub fn climbing_mm_s3(&self, from: &State, length_mm: f64, accel_max_mm_s2: f64) -> f64 {
+        if self.bend == 0.0 {
+            return self.jerk_mm_s3(from.speed_mm_s, accel_max_mm_s2);
+        }
+        let most_mm_s3 = self.jerk_mm_s3(from.speed_mm_s, from.accel_mm_s2);
+        let grown_mm_s2 = most_mm_s3 * from.rising_s(length_mm, most_mm_s3);
+        let end_mm_s2 = (from.accel_mm_s2 + grown_mm_s2).min(accel_max_mm_s2);
+        self.jerk_mm_s3(from.speed_mm_s, end_mm_s2)
     }
 }

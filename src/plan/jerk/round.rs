@@ -221,8 +221,7 @@ impl<'a> Rounding<'a> {
             return Offer { stretches: [rest, none], end, follows: true, ends_lane: true };
         }
         let accel_max_mm_s2 = self.runs[lane.run].speeding_up_mm_s2(self.state.speed_mm_s);
-        let jerk_mm_s3 = piece.jerk.jerk_mm_s3(self.state.speed_mm_s, accel_max_mm_s2);
-        let climb = lane.climb(self.state, accel_max_mm_s2, jerk_mm_s3);
+        let climb = lane.climb(self.state, accel_max_mm_s2, &piece.jerk);
         Offer {
             stretches: climb.stretches,
             end: climb.end(lane),
