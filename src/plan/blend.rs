@@ -23,6 +23,7 @@
 //! theirs, and so does whatever an event lies between. This pass knows nothing of what follows the next
 //! segment, and nothing of seams: where a buffer ends on a curve, it is the same curve.
 
+use std::array;
 use std::collections::VecDeque;
 use std::iter::Fuse;
 use std::sync::Arc as Shared;
@@ -291,26 +292,34 @@ impl<'a> Turn<'a> {
             self.reach_max_mm.min(4.0 * self.off_max_mm / self.change).min(needed_mm);
         for _ in 0..ROUNDS_MAX {
             reach_mm = self.without_crumbs(reach_mm);
-            if reach_mm < REACH_LEAST_MM || !self.is_worth(reach_mm) {
+            if reach_mm < REACH_LEAST_MM || !self.is_worth(reach_mm, self.bend_per_mm(reach_mm)) {
                 return None;
             }
             let shares = [1.0 - reach_mm / self.lengths_mm[0], reach_mm / self.lengths_mm[1]];
             let points = self.points(shares, reach_mm);
             let off_mm = self.off_mm(&points, reach_mm);
             if off_mm <= self.off_max_mm * (1.0 + 1e-9) {
-                return Some(Blend { shares, halves: self.halves(&points)? });
+                let is_worth = self.is_worth(reach_mm, sharpest_per_mm(&points));
+                let halves = if is_worth { self.halves(&points)? } else { return None };
+                return Some(Blend { shares, halves });
             }
             reach_mm *= 0.95 * self.off_max_mm / off_mm;
         }
         None
     }
 
-    /// The speed that a curve with this reach d can be run at: v² = 2·d·A/|t₂ - t₁| by acceleration, and
-    /// by jerk v³ = J/κ², where it is sharpest: κ = |t₂ - t₁| / (2·d·cos²) of half the angle.
-    fn speed_mm_s(&self, reach_mm: f64) -> f64 {
-        let bend_per_mm = self.change / (2.0 * reach_mm * self.cosine_sq());
+    /// How much a curve with this reach d bends between lines, where it is sharpest:
+    /// κ = |t₂ - t₁| / (2·d·cos²) of half the angle.
+    fn bend_per_mm(&self, reach_mm: f64) -> f64 {
+        self.change / (2.0 * reach_mm * self.cosine_sq())
+    }
+
+    /// The speed that a curve with this reach d can be run at, if it bends by so much: v² = 2·d·A/|t₂ - t₁| by
+    /// acceleration, less where it is sharper than between lines, and by jerk v³ = J/κ².
+    fn speed_mm_s(&self, reach_mm: f64, bend_per_mm: f64) -> f64 {
         let by_jerk_mm_s = libm::cbrt(self.turn_jerk_mm_s3 / (bend_per_mm * bend_per_mm));
-        (2.0 * reach_mm * self.change_accel_mm_s2).sqrt().min(by_jerk_mm_s)
+        let lines = self.bend_per_mm(reach_mm) / bend_per_mm;
+        (2.0 * reach_mm * self.change_accel_mm_s2 * lines).sqrt().min(by_jerk_mm_s)
     }
 
     /// The reach of the curve that can be run at a speed.
@@ -333,12 +342,12 @@ impl<'a> Turn<'a> {
         })
     }
 
-    /// Whether a curve with this reach loses less time than the corner as it is. Against running on
+    /// Whether a curve with this reach and bend loses less time than the corner as it is. Against running on
     /// at the speed V, braking to v before it costs (V - v)²/(2·a·V), and a way d at v
     /// d·(1/v - 1/V). What holds for the greatest V holds for every lower one.
-    fn is_worth(&self, reach_mm: f64) -> bool {
+    fn is_worth(&self, reach_mm: f64, bend_per_mm: f64) -> bool {
         let least_mm_s = self.sides[0].speed_mm_s.min(self.sides[1].speed_mm_s);
-        let curve_mm_s = self.speed_mm_s(reach_mm).min(least_mm_s);
+        let curve_mm_s = self.speed_mm_s(reach_mm, bend_per_mm).min(least_mm_s);
         let lost_s = |side: Side, low_mm_s: f64, way_mm: f64| {
             let (speed_mm_s, accel_mm_s2) = (side.speed_mm_s, side.accel_mm_s2);
             (speed_mm_s - low_mm_s).powi(2) / (2.0 * accel_mm_s2 * speed_mm_s)
@@ -429,6 +438,24 @@ fn at(points: &[Point; 4], u: f64) -> Point {
         place.0[i] = (0..4).map(|k| weights[k] * points[k].0[i]).sum();
     }
     place
+}
+
+/// How much a cubic bends where it is sharpest. Beside an arc that is more than between lines.
+fn sharpest_per_mm(points: &[Point; 4]) -> f64 {
+    let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let leg = |k: usize| Axis::LINEAR.map(|axis| points[k + 1][axis] - points[k][axis]);
+    let [a, b, c] = [leg(0), leg(1), leg(2)];
+    let bend_sq = |k: usize| {
+        let u = k as f64 / SAMPLES as f64;
+        let v = 1.0 - u;
+        let first: [f64; 3] =
+            array::from_fn(|i| 3.0 * (v * v * a[i] + 2.0 * u * v * b[i] + u * u * c[i]));
+        let second: [f64; 3] = array::from_fn(|i| 6.0 * (v * (b[i] - a[i]) + u * (c[i] - b[i])));
+        let first_sq = dot(&first, &first);
+        let along = dot(&first, &second);
+        (dot(&second, &second) - along * along / first_sq).max(0.0) / (first_sq * first_sq)
+    };
+    (0..=SAMPLES).map(bend_sq).fold(0.0, f64::max).sqrt()
 }
 
 /// A cubic as a part of a block.
