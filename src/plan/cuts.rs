@@ -33,7 +33,6 @@ pub enum Parts {
 #[derive(Debug)]
 pub struct LineParts {
     whole: Piece,
-    length_mm: f64,
     /// Where the next one begins, as a share of the line's way.
     share: f64,
     /// The junction of the next one.
@@ -65,16 +64,12 @@ impl Cuts {
         first: Junction,
         has_seam: bool,
     ) -> Cuts {
-        let mut whole = Piece::whole(segment, end.length_mm, &end.tangent, limits);
-        if !ramps {
-            whole.without_ramps();
-        }
+        let mut whole = whole(segment, end, limits, ramps);
         if !has_seam {
             whole.junction = first;
             return Cuts::One(whole);
         }
-        let (length_mm, share) = (whole.length_mm, 0.0);
-        Cuts::Many(Parts::Line(Box::new(LineParts { whole, length_mm, share, junction: first })))
+        Cuts::Many(Parts::Line(Box::new(LineParts { whole, share: 0.0, junction: first })))
     }
 
     /// Of a segment with this end, and this junction at its start. Without ramps lines and arcs are run at the speed that
@@ -92,13 +87,7 @@ impl Cuts {
             Piece::cut_spline(segment, spline.spans(), limits, ramps, first, take);
             return Cuts::Many(Parts::Spline(pieces.into_iter()));
         }
-        let mut whole = match &segment.curve {
-            Curve::Line => Piece::whole(segment, end.length_mm, &end.tangent, limits),
-            _ => Piece::whole(segment, end.length_mm, &segment.axis_speeds(), limits),
-        };
-        if !ramps {
-            whole.without_ramps();
-        }
+        let mut whole = whole(segment, end, limits, ramps);
         let least = whole.least_count(limits);
         let turn_rad = match &segment.curve {
             Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
@@ -141,9 +130,9 @@ impl LineParts {
         let shares = [self.share, seam.filter(|seam| *seam > self.share).unwrap_or(1.0)];
         self.share = shares[1];
         let junction = std::mem::replace(&mut self.junction, Junction::STRAIGHT);
-        let length_mm = self.length_mm * (shares[1] - shares[0]);
         let mut piece = self.whole.clone();
-        (piece.shares, piece.length_mm, piece.junction) = (shares, length_mm, junction);
+        piece.length_mm *= shares[1] - shares[0];
+        (piece.shares, piece.junction) = (shares, junction);
         Some(piece)
     }
 }
@@ -169,4 +158,16 @@ impl EqualParts {
         (piece.shares, piece.length_mm, piece.junction) = (shares, length_mm, junction);
         Some(piece)
     }
+}
+
+/// A line or an arc with this end as one piece.
+fn whole(segment: &Arc<Segment>, end: &End, limits: &Limits, ramps: bool) -> Piece {
+    let mut whole = match &segment.curve {
+        Curve::Line => Piece::whole(segment, end.length_mm, &end.tangent, limits),
+        _ => Piece::whole(segment, end.length_mm, &segment.axis_speeds(), limits),
+    };
+    if !ramps {
+        whole.without_ramps();
+    }
+    whole
 }

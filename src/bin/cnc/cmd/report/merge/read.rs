@@ -63,7 +63,7 @@ fn short(text: &str) -> String {
 }
 
 /// Reads the documents of a file, one or more, and hands each on, or what is wrong with it and in which line.
-/// Behind one that cannot be read as a document nothing is.
+/// Behind what is no JSON nothing is read.
 pub fn documents(file: &Path, mut take: impl FnMut(Result<Entry, String>)) {
     input::has_read(file);
     if file == Path::new("-") {
