@@ -116,11 +116,10 @@ impl Junction {
         limits: &Limits,
     ) -> (Junction, Option<Bend>) {
         let mean_mm = 0.5 * (lengths_mm[0] + lengths_mm[1]);
-        // The inverse of the speed that jumps allow, that of the square of the one that accelerations
-        // over the mean length do, each of the axis that allows least, and of the axes' own speeds.
+        // The inverse of the speed that jumps allow, and that of the square of the one that accelerations
+        // over the mean length do, each of the axis that allows least.
         let (mut jump_s_mm, mut jump_axis) = (0.0, Axis::X);
         let (mut spread_s2_mm, mut spread_axis) = (0.0, Axis::X);
-        let mut own_s_mm = 0.0;
         for limit in &limits.axes {
             let axis = limit.axis;
             let change = (b[axis] - a[axis]).abs();
@@ -132,8 +131,6 @@ impl Junction {
                 if spread > spread_s2_mm {
                     (spread_s2_mm, spread_axis) = (spread, axis);
                 }
-                let rate = greater(a[axis].abs(), b[axis].abs());
-                own_s_mm = greater(own_s_mm, rate * limit.per_speed_s_mm);
             }
         }
         let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
@@ -148,7 +145,7 @@ impl Junction {
         };
         // Ways that the window holds at no speed that the jump allows have no steps to share.
         let is_long = lesser(lengths_mm[0], lengths_mm[1]) * jump_s_mm >= limits.window_s;
-        let fastest_mm_s = || lesser(feed_mm_s, 1.0 / own_s_mm);
+        let fastest_mm_s = || lesser(feed_mm_s, limits.fastest_mm_s(a, b));
         if is_long || !junction.share(lengths_mm, fastest_mm_s(), limits.window_s) {
             return (junction, None);
         }

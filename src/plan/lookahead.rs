@@ -35,7 +35,7 @@ pub enum Ahead {
     /// A piece of the path, from rest or from the piece before. It stays where it lies until it is run.
     Piece(Box<Piece>),
     /// Something that happens at rest.
-    Event(Event),
+    Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
     Seam(SeamKind),
 }
@@ -55,7 +55,7 @@ pub enum Decided {
         at_seam: bool,
     },
     /// Something that happens at rest.
-    Event(Event),
+    Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
     Seam(SeamKind),
 }
@@ -71,7 +71,7 @@ pub enum Timed {
         from_rest: bool,
     },
     /// Something that happens at rest.
-    Event(Event),
+    Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
     Seam(SeamKind),
 }
@@ -79,10 +79,11 @@ pub enum Timed {
 impl Timed {
     #[inline]
     fn run(piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Timed {
-        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
         let (segment, shares) = (Arc::clone(&piece.segment), piece.shares);
+        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
         let ([start, end], buffer) = ([Moment::default(); 2], 0);
-        let profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
+        let profile = Profile { segment, shares, ramp, start, end, buffer, bound };
+        let profile = Box::write(Box::new_uninit(), profile);
         Timed::Run { profile, from_rest: ends_mm_s[0] == 0.0 }
     }
 }

@@ -93,7 +93,7 @@ impl<'a> Cutter<'a> {
     pub fn push(&mut self, item: PathItem, ahead: &mut LookAhead) {
         match item {
             PathItem::Event(event) => {
-                self.stop = Some(Ahead::Event(event));
+                self.stop = Some(Ahead::Event(Box::new(event)));
                 self.finish(ahead);
             }
             PathItem::Segment(segment) => self.segment(segment, ahead),
