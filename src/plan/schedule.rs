@@ -92,7 +92,7 @@ impl Schedule {
                 self.start_buffer();
                 Planned::Seam(kind)
             }
-            Timed::Run { profile, from_rest } => self.run(profile, from_rest),
+            Timed::Run { profile, rests } => self.run(profile, rests),
         }
     }
 
@@ -107,11 +107,11 @@ impl Schedule {
     }
 
     /// Puts a profile that begins now on the time axis, or at the next boundary if it has to wait for that.
-    fn run(&mut self, mut profile: Box<Profile>, from_rest: bool) -> Planned {
+    fn run(&mut self, mut profile: Box<Profile>, rests: [bool; 2]) -> Planned {
         [profile.start, profile.end] = self.moments_of(&profile.ramp);
         profile.buffer = self.buffer;
         let has_to_wait = if self.has_ramps {
-            from_rest && self.corner_mm < lesser(self.way_mm, self.way_left_mm())
+            rests[0] && self.corner_mm < lesser(self.way_mm, self.way_left_mm())
         } else {
             !self.guard.allows(&self.first_boundary_mm(&profile))
         };
@@ -119,7 +119,12 @@ impl Schedule {
             self.wait_for_boundary();
             [profile.start, profile.end] = self.moments_of(&profile.ramp);
         }
-        self.advance(&profile);
+        self.now = profile.end;
+        if self.has_ramps {
+            self.count_way(&profile, rests[1]);
+        } else {
+            self.pass(&profile);
+        }
         Planned::Profile(profile)
     }
 
@@ -144,16 +149,16 @@ impl Schedule {
         profile.xyz_at(boundary, self.tick_s)
     }
 
-    fn advance(&mut self, profile: &Profile) {
-        self.now = profile.end;
-        if !self.has_ramps {
-            return self.pass(profile);
-        }
+    /// Counts the way since the last boundary; where motion goes on, the most that it may be.
+    fn count_way(&mut self, profile: &Profile, rests: bool) {
         let length_mm = profile.ramp.length_mm();
-        self.way_mm += length_mm;
-        if profile.end.tick > profile.start.tick {
+        if profile.end.tick == profile.start.tick {
+            self.way_mm += length_mm;
+        } else if rests {
             let time_s = profile.start.ticks_until(profile.end.tick) * self.tick_s;
             self.way_mm = length_mm - profile.ramp.distance_mm(time_s);
+        } else {
+            self.way_mm = profile.ramp.peak_mm_s() * profile.end.share * self.tick_s;
         }
     }
 
