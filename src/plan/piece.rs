@@ -81,7 +81,7 @@ impl Piece {
                 rates.follow(span, 0);
                 let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
                 let tangents = [&before.tangent, &rates.tangent];
-                Junction::at(tangents, [length_mm; 2], feed_mm_s, limits).0
+                Junction::at(tangents, [length_mm; 2], feed_mm_s, limits, &mut None)
             });
             let share = |at_mm: f64| at_mm / length_mm;
             let is_last = number == spans.len();
