@@ -13,7 +13,7 @@
 use crate::base::axis::AXES;
 use crate::base::{AxisMap, Point};
 use crate::path::{Arc, Curve};
-use crate::plan::{Leg, Profile};
+use crate::plan::{Leg, Moment, Profile};
 
 /// A piece of an arc that turns by no more than this is followed by the first terms of sine and cosine.
 const TURN_MAX_RAD: f64 = 0.03;
@@ -27,6 +27,10 @@ pub struct Course {
     leg: Leg,
     /// The boundaries that lie in it go on to this one.
     until: u64,
+    /// When the profile starts, its length, and the buffer and line of its ticks: what each tick asks for.
+    start: Moment,
+    length_mm: f64,
+    place: (u32, u32),
 }
 
 /// How a profile's position goes with the share of its way.
@@ -76,12 +80,20 @@ impl Course {
             Curve::Spline(_) => Shape::Other,
         };
         let leg = profile.ramp.leg_at(0.0);
-        Course { profile, shape, leg, until: 0 }
+        let (start, length_mm) = (profile.start, profile.ramp.length_mm());
+        let place = (profile.buffer, profile.segment.line);
+        Course { profile, shape, leg, until: 0, start, length_mm, place }
     }
 
     /// The profile.
     pub fn profile(&self) -> &Profile {
         &self.profile
+    }
+
+    /// The buffer and the line of its ticks.
+    #[inline]
+    pub fn place(&self) -> (u32, u32) {
+        self.place
     }
 
     /// Whether a boundary lies in the leg under way.
@@ -112,18 +124,16 @@ impl Course {
         tick_s: f64,
         steps_per_mm: &AxisMap<f64>,
     ) -> [f64; N] {
-        let profile = &*self.profile;
-        let time_s = profile.start.ticks_until(boundary) * tick_s;
-        let length_mm = profile.ramp.length_mm();
-        let share = (self.leg.distance_mm(time_s) / length_mm).min(1.0);
+        let time_s = self.start.ticks_until(boundary) * tick_s;
+        let share = (self.leg.distance_mm(time_s) / self.length_mm).min(1.0);
         match &self.shape {
             Shape::Line { from_steps, way_steps } => {
                 std::array::from_fn(|i| from_steps.0[i] + way_steps.0[i] * share)
             }
             Shape::Arc(arc) => arc.steps_at(share),
             Shape::Other => {
-                let [from, to] = profile.shares;
-                let position_mm = profile.segment.point_at(from + (to - from) * share);
+                let [from, to] = self.profile.shares;
+                let position_mm = self.profile.segment.point_at(from + (to - from) * share);
                 std::array::from_fn(|i| position_mm.0[i] * steps_per_mm.0[i])
             }
         }
