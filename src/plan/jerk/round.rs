@@ -195,11 +195,11 @@ impl<'a> Rounding<'a> {
                 continue;
             }
             let offer = self.offer(lane);
-            let next = self.lane + usize::from(offer.ends_lane);
-            if self.is_clear(&offer, next) {
-                self.accept(&offer);
+            let beyond = self.beyond(&offer);
+            if beyond.is_over() {
+                self.turn(&offer, beyond);
             } else {
-                self.turn(&offer);
+                self.accept(&offer);
             }
         }
         self.parts
@@ -230,16 +230,14 @@ impl<'a> Rounding<'a> {
         }
     }
 
-    /// Whether a peak can still be rounded after what is offered.
-    fn is_clear(&self, offer: &Offer, next: usize) -> bool {
-        if !offer.ends_lane {
-            return false;
-        }
+    /// How near the arc from the end of what is offered comes: a peak behind it can be rounded, or not.
+    fn beyond(&self, offer: &Offer) -> Reach {
         // No arc from the ceiling leaves it before it breaks.
-        if offer.follows && self.is_before_break(&offer.end, self.lane) {
-            return true;
+        let is_on = offer.follows && offer.ends_lane;
+        if is_on && self.is_before_break(&offer.end, self.lane) {
+            return Reach::CLEAR;
         }
-        !self.sweep(offer.end, next).is_over()
+        self.sweep(offer.end, self.lane + usize::from(offer.ends_lane))
     }
 
     /// Whether an arc from a state in a lane brakes as the ceiling does anywhere, before that breaks
@@ -265,8 +263,8 @@ impl<'a> Rounding<'a> {
     }
 
     /// Leaves what is offered at the last place from which an arc is allowed, and follows the arc.
-    fn turn(&mut self, offer: &Offer) {
-        let Some(Leave { before, from, hit }) = self.leave(offer) else {
+    fn turn(&mut self, offer: &Offer, beyond: Reach) {
+        let Some(Leave { before, from, hit }) = self.leave(offer, beyond) else {
             return self.accept(offer);
         };
         let (run, count) = (self.lanes[self.lane].run, self.parts.len());
@@ -282,13 +280,24 @@ impl<'a> Rounding<'a> {
     }
 
     /// The last place on what is offered from which an arc is allowed, if there is one.
-    fn leave(&self, offer: &Offer) -> Option<Leave> {
+    fn leave(&self, offer: &Offer, beyond: Reach) -> Option<Leave> {
+        let ([first, second], accel_mm_s2) = (offer.stretches, self.state.accel_mm_s2);
+        let none = Stretch { duration_s: 0.0, ..first };
+        let is_double = second.duration_s > 0.0;
+        let tried = self.try_guess(if is_double { &second } else { &first }, beyond);
+        let leave = |(stretch, hit): (Stretch, Hit), is_second: bool| {
+            let before = if is_second { [first, stretch] } else { [stretch, none] };
+            Leave { before, from: stretch.end(), hit }
+        };
+        // If that touches, no arc from before it is above.
+        if let Some((duration_s, reach)) = tried.filter(|(_, reach)| reach.touches()) {
+            let stretch = if is_double { second } else { first };
+            return Some(leave((Stretch { duration_s, ..stretch }, reach.place?), is_double));
+        }
         let start = self.sweep(self.state, self.lane);
         if start.is_over() {
             return None;
         }
-        let ([first, second], accel_mm_s2) = (offer.stretches, self.state.accel_mm_s2);
-        let none = Stretch { duration_s: 0.0, ..first };
         // Between bent pieces the acceleration may step up: then P lies within the step.
         let step_mm_s2 = first.from.accel_mm_s2 - accel_mm_s2;
         let risen = if step_mm_s2 > 0.0 { self.sweep(first.from, self.lane) } else { start };
@@ -298,26 +307,26 @@ impl<'a> Rounding<'a> {
                 self.last_free([0.0, 1.0], [start, risen], None, P_ERROR_SHARE, at)?;
             return Some(Leave { before: [none; 2], from: at(share), hit });
         }
-        let ends_mm = State { at_mm: offer.end.at_mm, ..second.end() };
-        let beyond = || self.sweep(ends_mm, self.lane + usize::from(offer.ends_lane));
-        let on = |stretch: Stretch, ends: [Reach; 2]| {
-            let range_s = [0.0, stretch.duration_s];
-            let guess_s = self.guess_s(&stretch, ends[1]);
-            let (time_s, hit) =
-                self.last_free(range_s, ends, guess_s, P_ERROR_S, |time_s| stretch.after(time_s))?;
-            Some((Stretch { duration_s: time_s, ..stretch }, hit))
+        let on = |stretch: Stretch, ends: [Reach; 2], tried: Option<(f64, Reach)>| {
+            let (range_s, at) = ([0.0, stretch.duration_s], |time_s| stretch.after(time_s));
+            let (duration_s, hit) = self.last_free(range_s, ends, tried, P_ERROR_S, at)?;
+            Some((Stretch { duration_s, ..stretch }, hit))
         };
-        if second.duration_s <= 0.0 {
-            let (leaves, hit) = on(first, [risen, beyond()])?;
-            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+        if !is_double {
+            return Some(leave(on(first, [risen, beyond], tried)?, false));
         }
         let middle = self.sweep(second.from, self.lane);
         if middle.is_over() {
-            let (leaves, hit) = on(first, [risen, middle])?;
-            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+            let tried = self.try_guess(&first, middle);
+            return Some(leave(on(first, [risen, middle], tried)?, false));
         }
-        let (leaves, hit) = on(second, [middle, beyond()])?;
-        Some(Leave { before: [first, leaves], from: leaves.end(), hit })
+        Some(leave(on(second, [middle, beyond], tried)?, true))
+    }
+
+    /// When an arc leaves a stretch by the formulas, and how near that comes.
+    fn try_guess(&self, stretch: &Stretch, end: Reach) -> Option<(f64, Reach)> {
+        let time_s = self.guess_s(stretch, end)?;
+        Some((time_s, self.sweep(stretch.after(time_s), self.lane)))
     }
 
     /// When an arc leaves a stretch that touches the ceiling which the arc from its end comes too near to, if
@@ -358,7 +367,7 @@ impl<'a> Rounding<'a> {
         &self,
         range: [f64; 2],
         ends: [Reach; 2],
-        mut first: Option<f64>,
+        mut tried: Option<(f64, Reach)>,
         error: f64,
         at: impl Fn(f64) -> State,
     ) -> Option<(f64, Hit)> {
@@ -367,8 +376,8 @@ impl<'a> Rounding<'a> {
         }
         let mut bracket = Bracket::new(range, ends.map(|reach| reach.excess));
         let mut hit = ends[1].place?;
-        while let Some(place) = first.take().or_else(|| bracket.guess(error)) {
-            let reach = self.sweep(at(place), self.lane);
+        let look = |place| (place, self.sweep(at(place), self.lane));
+        while let Some((place, reach)) = tried.take().or_else(|| bracket.guess(error).map(look)) {
             bracket.take(place, reach.excess);
             if reach.is_over() || reach.touches() {
                 hit = reach.place?;
