@@ -14,8 +14,8 @@
 
 use super::Run;
 use super::bracket::Bracket;
-use super::lane::{Lane, SAME};
-use super::stretch::{State, Stretch};
+use super::lane::Lane;
+use super::stretch::{SAME, State, Stretch};
 
 /// How exactly P is found.
 const P_ERROR_S: f64 = 1e-11;
@@ -399,9 +399,16 @@ impl<'a> Rounding<'a> {
                 continue;
             }
             let end_mm = lane.end_mm.min(hit.at_mm);
-            let (stretches, end) = self.braking(number, &state, end_mm);
-            if end.at_mm < end_mm {
-                return false;
+            let (grow, grown) = self.growing(number, &state, end_mm);
+            let (mut stretches, mut end) = ([grow, Stretch { duration_s: 0.0, ..grow }], grown);
+            if grown.at_mm < end_mm {
+                let left_mm = end_mm - grown.at_mm;
+                if grown.speed_sq() <= -2.0 * grown.accel_mm_s2 * left_mm {
+                    return false;
+                }
+                let duration_s = grown.time_over_s(left_mm, 0.0, f64::INFINITY);
+                let stay = Stretch { from: grown, jerk_mm_s3: 0.0, duration_s };
+                (stretches[1], end) = (stay, State { at_mm: end_mm, ..stay.end() });
             }
             for stretch in stretches.into_iter().filter(|stretch| stretch.duration_s > 0.0) {
                 self.parts.push(Part { stretch, run: lane.run, lands_mm: hit.at_mm });
@@ -430,9 +437,9 @@ impl<'a> Rounding<'a> {
         true
     }
 
-    /// How an arc goes on from a state in a lane up to a place, and where it ends, there or at rest: its
-    /// braking grows with the jerk up to what the axes stand, or the ceiling asks for, and stays so.
-    fn braking(&self, number: usize, from: &State, end_mm: f64) -> ([Stretch; 2], State) {
+    /// How the braking of an arc grows with the jerk from a state in a lane, up to what the axes stand, or
+    /// the ceiling asks for; and where it has, unless a place or rest comes before.
+    fn growing(&self, number: usize, from: &State, end_mm: f64) -> (Stretch, State) {
         let lane = &self.lanes[number];
         let down_mm_s2 = self.runs[lane.run].braking_mm_s2(from.speed_mm_s);
         let down_mm_s2 = down_mm_s2.max(self.ahead_mm_s2[number]);
@@ -442,22 +449,11 @@ impl<'a> Rounding<'a> {
         let range_s = brakes_s.min(stop_s(&from, jerk_mm_s3));
         let grow = |duration_s| Stretch { from, jerk_mm_s3: -jerk_mm_s3, duration_s };
         let grown = grow(range_s).end();
-        if grown.at_mm >= end_mm {
-            let grow = grow(from.time_over_s(end_mm - from.at_mm, -jerk_mm_s3, range_s));
-            let end = State { at_mm: end_mm, ..grow.end() };
-            return ([grow, Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 }], end);
+        if grown.at_mm < end_mm {
+            return (grow(range_s), grown);
         }
-        let stay = |duration_s| Stretch { from: grown, jerk_mm_s3: 0.0, duration_s };
-        if brakes_s > range_s {
-            return ([grow(range_s), stay(0.0)], grown);
-        }
-        let left_mm = end_mm - grown.at_mm;
-        if grown.speed_sq() <= 2.0 * down_mm_s2 * left_mm {
-            let stay = stay(grown.speed_mm_s.max(0.0) / down_mm_s2.max(f64::MIN_POSITIVE));
-            return ([grow(range_s), stay], stay.end());
-        }
-        let stay = stay(grown.time_over_s(left_mm, 0.0, f64::INFINITY));
-        ([grow(range_s), stay], State { at_mm: end_mm, ..stay.end() })
+        let grow = grow(from.time_over_s(end_mm - from.at_mm, -jerk_mm_s3, range_s));
+        (grow, State { at_mm: end_mm, ..grow.end() })
     }
 
     /// Whether a piece that begins with a lane allows less acceleration than a state has.
@@ -479,31 +475,29 @@ impl<'a> Rounding<'a> {
     fn sweep(&self, from: State, first: usize) -> Reach {
         let (mut state, mut nearest) = (from, Reach::CLEAR);
         let mut run_before = if first > 0 { Some(self.lanes[first - 1].run) } else { None };
-        for (i, lane) in self.lanes.iter().enumerate().skip(first) {
+        for (lane, number) in self.lanes[first..].iter().zip(first..) {
             let entered = run_before.replace(lane.run) != Some(lane.run);
             if state.at_mm >= lane.end_mm {
                 continue;
             }
-            let ceiling = lane.at(state.at_mm);
-            let falls = state.accel_mm_s2 <= ceiling.accel_mm_s2;
-            if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
+            let falls = state.accel_mm_s2 <= lane.accel_mm_s2(state.at_mm);
+            if falls && !lane.is_over(&state) && self.is_before_break(&state, number) {
                 return nearest;
             }
             if entered && self.is_too_much(lane, &state) {
                 let hit = Hit { at_mm: state.at_mm, ceiling: None };
                 return Reach { excess: f64::INFINITY, place: Some(hit) };
             }
-            let (stretches, end) = self.braking(i, &state, lane.end_mm);
-            for arc in &stretches {
-                let reach = touch(arc, lane);
-                if reach.is_over() {
-                    return reach;
-                }
-                if reach.excess > nearest.excess {
-                    nearest = reach;
-                }
+            let (arc, end) = self.growing(number, &state, lane.end_mm);
+            let reach = touch(&arc, lane);
+            if reach.is_over() {
+                return reach;
             }
-            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[i] {
+            if reach.excess > nearest.excess {
+                nearest = reach;
+            }
+            // Once its braking is the greatest it comes no nearer.
+            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[number] {
                 return nearest;
             }
             state = end;
@@ -514,13 +508,14 @@ impl<'a> Rounding<'a> {
 
 /// How an arc comes to a lane where it is nearest to it, or furthest above.
 fn touch(arc: &Stretch, lane: &Lane) -> Reach {
-    let end = arc.end();
     let reach = |state: &State| {
-        let ceiling = Some(lane.at(state.at_mm));
-        Reach { excess: lane.excess(state), place: Some(Hit { at_mm: state.at_mm, ceiling }) }
+        let ceiling = lane.at(state.at_mm);
+        let place = Some(Hit { at_mm: state.at_mm, ceiling: Some(ceiling) });
+        Reach { excess: state.excess(&ceiling), place }
     };
     let only_over = |reach: Reach| if reach.is_over() { reach } else { Reach::CLEAR };
-    let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.at(state.at_mm).accel_mm_s2;
+    let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.accel_mm_s2(state.at_mm);
+    let end = arc.end();
     let last_mm_s2 = gains_mm_s2(&end);
     if last_mm_s2 > 0.0 {
         return only_over(reach(&end));
@@ -530,7 +525,7 @@ fn touch(arc: &Stretch, lane: &Lane) -> Reach {
     if first_mm_s2 <= SAME * (arc.from.accel_mm_s2.abs() + end.accel_mm_s2.abs()) {
         return only_over(reach(&arc.from));
     }
-    let time_s = if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
+    let time_s = if lane.stretch.jerk_mm_s3 == 0.0 {
         first_mm_s2 / -arc.jerk_mm_s3
     } else {
         // Its height changes with the square of what is left of the gain.

@@ -4,6 +4,9 @@
 /// next would change nothing.
 const NEWTON_LAST: f64 = 1e-8;
 
+/// Speeds closer to each other than this share are the same: what rounding makes of equal ones.
+pub const SAME: f64 = 1e-9;
+
 /// Where the machine is on its path, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct State {
@@ -40,6 +43,11 @@ impl State {
     /// Square of its speed.
     pub fn speed_sq(&self) -> f64 {
         self.speed_mm_s * self.speed_mm_s
+    }
+
+    /// By which share of a limit's speed it is faster, less what rounding makes.
+    pub fn excess(&self, limit: &State) -> f64 {
+        self.speed_mm_s / (limit.speed_mm_s * (1.0 + SAME) + 1e-12) - 1.0
     }
 
     /// The time a way takes with one jerk, found between 0 and a time in which at least that way is
