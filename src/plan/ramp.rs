@@ -45,7 +45,7 @@ impl Start {
 }
 
 /// A part of a ramp with one jerk.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Leg {
     start_s: f64,
     start_mm: f64,

@@ -23,10 +23,7 @@ use std::iter::Fuse;
 use crate::base::axis::AXES;
 use crate::base::{AxisMap, Command, Event, Machine, Point, Tick};
 use crate::plan::{Moment, Planned};
-use course::Course;
-
-/// X, Y, Z and A: as many axes as are computed together where the machine has no others.
-const FIRST: usize = 4;
+use course::{Course, FIRST};
 
 /// Interpolates a plan into ticks and events; errors of the source pass through.
 pub fn interpolate<E, I>(plan: I, machine: &Machine, start_mm: Point) -> Interpolator<Fuse<I>>
@@ -35,14 +32,9 @@ where
 {
     Interpolator {
         plan: plan.fuse(),
-        tick_s: machine.bus.tick_s(),
-        steps_per_mm: AxisMap::from_fn(|axis| {
-            machine.axis(axis).map_or(0.0, |profile| profile.steps_per_mm)
-        }),
-        has_first_only: machine.axes.iter().all(|profile| (profile.axis as usize) < FIRST),
         steps: AxisMap(machine.nearest_steps(&start_mm).0.map(|steps| steps as i32)),
         done: 0,
-        course: None,
+        course: Course::new(machine),
         waiting: None,
     }
 }
@@ -51,18 +43,12 @@ where
 #[derive(Debug)]
 pub struct Interpolator<I> {
     plan: I,
-    tick_s: f64,
-    /// Steps a mm; 0 on axes that the machine lacks.
-    steps_per_mm: AxisMap<f64>,
-    /// The machine has none but the [`FIRST`] axes. Else all nine are computed in every tick: a number
-    /// that is known beforehand takes no branch, and four fill the processor's registers.
-    has_first_only: bool,
     /// Rounded position at the last boundary, modulo 2^32: a count is a difference.
     steps: AxisMap<i32>,
     /// Ticks given out.
     done: u64,
     /// The profile under way; it may have ended within the tick that comes next.
-    course: Option<Course>,
+    course: Course,
     /// What the plan brought before the tick under way was over.
     waiting: Option<Planned>,
 }
@@ -107,13 +93,11 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Interpolator<I> {
     fn next_leg(&mut self) -> Behind<E> {
         loop {
             let boundary = self.done + 1;
-            if let Some(course) = &mut self.course {
-                if course.go_on(boundary, self.tick_s) {
-                    return Behind::Leg;
-                }
-                if boundary == course.profile().end.tick {
-                    return self.end_tick().map_or(Behind::End, Behind::Tick);
-                }
+            if self.course.go_on(boundary) {
+                return Behind::Leg;
+            }
+            if self.course.profile().is_some_and(|profile| profile.end.tick == boundary) {
+                return self.end_tick().map_or(Behind::End, Behind::Tick);
             }
             let next = match self.waiting.take() {
                 Some(next) => Some(next),
@@ -126,16 +110,14 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Interpolator<I> {
             if self.rests_before(next.as_ref()) {
                 self.waiting = next;
                 let tick = self.end_tick();
-                self.course = None;
+                self.course.leave();
                 return tick.map_or(Behind::End, Behind::Tick);
             }
             match next {
                 None => return Behind::End,
                 Some(Planned::Event(event)) => return Behind::Event(event),
                 Some(Planned::Seam(_)) => {}
-                Some(Planned::Profile(profile)) => {
-                    self.course = Some(Course::new(profile, &self.steps_per_mm))
-                }
+                Some(Planned::Profile(profile)) => self.course.begin(profile),
             }
         }
     }
@@ -145,38 +127,37 @@ impl<I> Interpolator<I> {
     /// The tick to the next boundary, if that lies in the leg under way.
     #[inline]
     fn tick(&mut self) -> Option<Tick> {
-        let course = self.course.as_ref()?;
         let boundary = self.done + 1;
-        if !course.holds(boundary) {
+        if !self.course.holds(boundary) {
             return None;
         }
         let mut counts = AxisMap::default();
-        if self.has_first_only {
-            let exact: [f64; FIRST] = course.steps_at(boundary, self.tick_s, &self.steps_per_mm);
-            count(exact, &mut self.steps, &mut counts);
+        if self.course.has_first_only() {
+            count::<FIRST>(self.course.steps_at(boundary), &mut self.steps, &mut counts);
         } else {
-            let exact: [f64; AXES] = course.steps_at(boundary, self.tick_s, &self.steps_per_mm);
-            count(exact, &mut self.steps, &mut counts);
+            count::<AXES>(self.course.steps_at(boundary), &mut self.steps, &mut counts);
         }
-        self.done = boundary;
-        let (buffer, line) = course.place();
-        Some(Tick { buffer, line, counts })
+        Some(self.give(counts))
     }
 
     /// The tick in which the last profile ends, or ended: at rest there until its boundary.
     fn end_tick(&mut self) -> Option<Tick> {
-        let course = self.course.as_ref()?;
         let mut counts = AxisMap::default();
-        count(course.end_steps(&self.steps_per_mm), &mut self.steps, &mut counts);
+        count(self.course.end_steps()?, &mut self.steps, &mut counts);
+        Some(self.give(counts))
+    }
+
+    /// The next tick, of the profile under way.
+    #[inline]
+    fn give(&mut self, counts: AxisMap<i32>) -> Tick {
         self.done += 1;
-        let (buffer, line) = course.place();
-        Some(Tick { buffer, line, counts })
+        let (buffer, line) = self.course.place();
+        Tick { buffer, line, counts }
     }
 
     /// Whether the tick in which the last profile ended is over before what comes next begins.
     fn rests_before(&self, next: Option<&Planned>) -> bool {
-        let unfinished =
-            self.course.as_ref().is_some_and(|course| course.profile().end.share > 0.0);
+        let unfinished = self.course.profile().is_some_and(|profile| profile.end.share > 0.0);
         unfinished
             && match next {
                 Some(Planned::Profile(next)) => next.start >= Moment::at(self.done + 1),
