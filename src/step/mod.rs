@@ -173,10 +173,9 @@ fn count<const N: usize>(
     steps: &mut AxisMap<i32>,
     counts: &mut AxisMap<i32>,
 ) {
-    let rounded = exact_steps.map(round);
-    for i in 0..N {
-        counts.0[i] = rounded[i].wrapping_sub(steps.0[i]);
-        steps.0[i] = rounded[i];
+    for (i, rounded) in exact_steps.map(round).iter().enumerate() {
+        counts.0[i] = rounded.wrapping_sub(steps.0[i]);
+        steps.0[i] = *rounded;
     }
 }
 

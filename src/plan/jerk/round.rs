@@ -446,9 +446,12 @@ impl<'a> Rounding<'a> {
         let from = State { accel_mm_s2: from.accel_mm_s2.max(-down_mm_s2), ..*from };
         let jerk_mm_s3 = self.jerk_mm_s3(lane, &from);
         let brakes_s = (from.accel_mm_s2 + down_mm_s2) / jerk_mm_s3;
-        let range_s = brakes_s.min(stop_s(&from, jerk_mm_s3));
         let grow = |duration_s| Stretch { from, jerk_mm_s3: -jerk_mm_s3, duration_s };
-        let grown = grow(range_s).end();
+        let (mut range_s, mut grown) = (brakes_s, grow(brakes_s).end());
+        if grown.speed_mm_s < 0.0 {
+            range_s = stop_s(&from, jerk_mm_s3);
+            grown = grow(range_s).end();
+        }
         if grown.at_mm < end_mm {
             return (grow(range_s), grown);
         }

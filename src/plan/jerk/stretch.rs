@@ -86,8 +86,11 @@ impl State {
     pub fn rising_s(&self, length_mm: f64, jerk_mm_s3: f64) -> f64 {
         let at_speed_s = length_mm / self.speed_mm_s;
         let at_accel_s = (2.0 * length_mm / self.accel_mm_s2).sqrt();
-        let at_jerk_s = libm::cbrt(6.0 * length_mm / jerk_mm_s3);
-        at_speed_s.min(at_accel_s).min(at_jerk_s) * (1.0 + 1e-9)
+        let (soonest_s, at_jerk_s3) = (at_speed_s.min(at_accel_s), 6.0 * length_mm / jerk_mm_s3);
+        let is_jerk_later = at_jerk_s3 > soonest_s.powi(3);
+        let rising_s =
+            if is_jerk_later { soonest_s } else { soonest_s.min(libm::cbrt(at_jerk_s3)) };
+        rising_s * (1.0 + 1e-9)
     }
 }
 
