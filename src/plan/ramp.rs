@@ -169,12 +169,9 @@ impl Ramp {
     /// The leg under way at a time after the start.
     pub fn leg_at(&self, time_s: f64) -> Leg {
         let legs = self.legs.as_slice();
-        let next = match legs {
-            [_, second, ..] if time_s < second.start_s => 1,
-            [_, _, third] if time_s < third.start_s => 2,
-            many if many.len() <= 3 => many.len(),
-            many => many.partition_point(|leg| leg.start_s <= time_s).max(1),
-        };
+        // Few enough that the next is found soonest one by one.
+        let is_later = |leg: &Start| leg.start_s > time_s;
+        let next = 1 + legs[1..].iter().position(is_later).unwrap_or(legs.len() - 1);
         let end_s = legs.get(next).map_or(self.duration_s, |next| next.start_s);
         let start = &legs[next - 1];
         Leg {
