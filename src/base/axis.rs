@@ -74,6 +74,12 @@ pub type Point = AxisMap<f64>;
 impl Point {
     /// All axes at zero.
     pub const ZERO: Point = AxisMap([0.0; AXES]);
+
+    /// X, Y and Z.
+    #[inline]
+    pub fn xyz(&self) -> [f64; 3] {
+        [self.0[0], self.0[1], self.0[2]]
+    }
 }
 
 impl<T> AxisMap<T> {

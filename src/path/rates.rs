@@ -58,17 +58,17 @@ impl Segment {
 }
 
 impl Segment {
-    /// The first derivatives at both ends of a segment of this length, which is not zero.
-    pub fn tangents(&self, length_mm: f64) -> [Point; 2] {
+    /// The first derivatives at the end of a segment of this length, which is not zero.
+    pub fn tangent_at_end(&self, length_mm: f64) -> Point {
         match &self.curve {
             Curve::Line => {
-                let mut tangent = Point::ZERO;
+                let (mut tangent, per_mm) = (Point::ZERO, 1.0 / length_mm);
                 for i in 0..AXES {
-                    tangent.0[i] = (self.to_mm.0[i] - self.from_mm.0[i]) / length_mm;
+                    tangent.0[i] = (self.to_mm.0[i] - self.from_mm.0[i]) * per_mm;
                 }
-                [tangent; 2]
+                tangent
             }
-            Curve::Arc(_) | Curve::Spline(_) => [0.0, 1.0].map(|end| self.rates_at(end).tangent),
+            Curve::Arc(_) | Curve::Spline(_) => self.rates_at(1.0).tangent,
         }
     }
 }

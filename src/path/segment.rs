@@ -118,6 +118,18 @@ impl Segment {
         point
     }
 
+    /// X, Y and Z after a share of the way, as [`Segment::point_at`].
+    pub fn xyz_at(&self, share: f64) -> [f64; 3] {
+        if !matches!(self.curve, Curve::Line) {
+            return self.point_at(share).xyz();
+        }
+        let [from_mm, to_mm] = [self.from_mm.xyz(), self.to_mm.xyz()];
+        match share {
+            1.0.. => to_mm,
+            share => std::array::from_fn(|i| from_mm[i] + (to_mm[i] - from_mm[i]) * share),
+        }
+    }
+
     /// Position of an axis, by its number, after a share of the straight way between the ends: of one in
     /// which it is straight.
     #[inline]

@@ -248,8 +248,8 @@ impl<'a> Turn<'a> {
         let Corner::Blend { tolerance_mm } = before.corner else { return None };
         let rates = [before.rates_at(1.0), after.rates_at(0.0)];
         let sides = [side(before, &rates[0], limits), side(after, &rates[1], limits)];
-        let [[_, end], [start, _]] =
-            [before, after].map(|segment| End::both(segment, segment.length_mm()));
+        let [end, last] = [before, after].map(|segment| End::last(segment, segment.length_mm()));
+        let start = End::first_of_curve(after, &last).unwrap_or(last);
         let (junction, _) = Junction::between(&end, &start, limits);
         let tick_s = limits.tick_s;
         let tick_mm_s = 4.0 * limits.path_tolerance_mm / junction.turn_rad / tick_s;

@@ -15,13 +15,15 @@ const SNAP_TICKS: f64 = 1e-9;
 
 impl Moment {
     /// The moment so many ticks later.
+    #[inline]
     pub fn after(self, ticks: f64) -> Moment {
         let total = self.share + ticks;
-        let nearest = total.round();
-        let (whole, share) = if (total - nearest).abs() < SNAP_TICKS {
+        // What a conversion cuts off: `floor` is a call on processors without SSE 4.1.
+        let (whole, nearest) = (total as i64, (total + 0.5) as i64);
+        let (whole, share) = if (total - nearest as f64).abs() < SNAP_TICKS {
             (nearest, 0.0)
         } else {
-            (total.floor(), total - total.floor())
+            (whole, total - whole as f64)
         };
         Moment { tick: self.tick + whole as u64, share }
     }

@@ -11,22 +11,25 @@
 //!    boundary_mm ----- next      the chord must pass all of them within the tolerance
 //! ```
 
-use crate::base::{Axis, Machine, Point};
+use crate::base::Machine;
 
 /// Share of `path_tolerance_mm` for corners; the rest is for the chords of arcs.
 const CORNER_SHARE: f64 = 0.5;
+
+/// X, Y and Z of a position.
+pub type Place = [f64; 3];
 
 /// Watches that no chord cuts a corner by more than its share of the path tolerance.
 #[derive(Clone, Debug)]
 pub struct CornerGuard {
     tolerance_mm: f64,
-    boundary_mm: Point,
-    passed: Vec<Point>,
+    boundary_mm: Place,
+    passed: Vec<Place>,
 }
 
 impl CornerGuard {
     /// For a job that starts at a position, on a tick boundary.
-    pub fn new(machine: &Machine, start_mm: Point) -> CornerGuard {
+    pub fn new(machine: &Machine, start_mm: Place) -> CornerGuard {
         CornerGuard {
             tolerance_mm: CORNER_SHARE * machine.path_tolerance_mm,
             boundary_mm: start_mm,
@@ -35,18 +38,20 @@ impl CornerGuard {
     }
 
     /// The path is at this position on a tick boundary.
-    pub fn at_boundary(&mut self, position_mm: Point) {
+    #[inline]
+    pub fn at_boundary(&mut self, position_mm: Place) {
         self.boundary_mm = position_mm;
         self.passed.clear();
     }
 
     /// The path turns at this position within a tick.
-    pub fn pass(&mut self, corner_mm: Point) {
+    #[inline]
+    pub fn pass(&mut self, corner_mm: Place) {
         self.passed.push(corner_mm);
     }
 
     /// The last corner of this tick: where the path is, if it has turned since the boundary.
-    pub fn last_corner(&self) -> Option<Point> {
+    pub fn last_corner(&self) -> Option<Place> {
         self.passed.last().copied()
     }
 
@@ -54,9 +59,8 @@ impl CornerGuard {
     /// within the tolerance, wherever it ends: no corner is further from a chord than from its
     /// nearer end.
     pub fn allows_within(&self, way_mm: f64) -> bool {
-        let from = xyz(&self.boundary_mm);
-        let is_near = |corner: &Point| {
-            let offset: [f64; 3] = std::array::from_fn(|i| xyz(corner)[i] - from[i]);
+        let is_near = |corner: &Place| {
+            let offset: Place = std::array::from_fn(|i| corner[i] - self.boundary_mm[i]);
             dot(&offset, &offset) <= self.tolerance_mm * self.tolerance_mm
         };
         way_mm <= self.tolerance_mm || self.passed.iter().all(is_near)
@@ -64,27 +68,23 @@ impl CornerGuard {
 
     /// Whether the chord to a position passes all corners of this tick within the tolerance, in
     /// their order.
-    pub fn allows(&self, to_mm: &Point) -> bool {
-        let from = xyz(&self.boundary_mm);
-        let chord: [f64; 3] = std::array::from_fn(|i| xyz(to_mm)[i] - from[i]);
+    pub fn allows(&self, to_mm: &Place) -> bool {
+        let from = &self.boundary_mm;
+        let chord: Place = std::array::from_fn(|i| to_mm[i] - from[i]);
         let length_squared = dot(&chord, &chord);
         let mut share = 0.0_f64;
         self.passed.iter().all(|corner| {
-            let offset: [f64; 3] = std::array::from_fn(|i| xyz(corner)[i] - from[i]);
+            let offset: Place = std::array::from_fn(|i| corner[i] - from[i]);
             if length_squared > 0.0 {
                 share = share.max((dot(&offset, &chord) / length_squared).clamp(0.0, 1.0));
             }
-            let apart: [f64; 3] = std::array::from_fn(|i| offset[i] - chord[i] * share);
+            let apart: Place = std::array::from_fn(|i| offset[i] - chord[i] * share);
             dot(&apart, &apart) <= self.tolerance_mm * self.tolerance_mm
         })
     }
 }
 
-fn xyz(point: &Point) -> [f64; 3] {
-    Axis::LINEAR.map(|axis| point[axis])
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+fn dot(a: &Place, b: &Place) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -92,16 +92,14 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    fn point(x: f64, y: f64) -> Point {
-        let mut point = Point::ZERO;
-        (point[Axis::X], point[Axis::Y]) = (x, y);
-        point
+    fn point(x: f64, y: f64) -> Place {
+        [x, y, 0.0]
     }
 
     #[test]
     fn corners_are_held_in_order() {
         let machine = Machine::load("starmill").unwrap();
-        let mut guard = CornerGuard::new(&machine, Point::ZERO);
+        let mut guard = CornerGuard::new(&machine, [0.0; 3]);
         guard.pass(point(0.1, 0.0));
         assert!(guard.allows(&point(0.2, 0.0)), "straight on");
         assert!(guard.allows(&point(0.2, 0.004)), "hardly a corner");

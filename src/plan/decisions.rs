@@ -5,7 +5,7 @@ use crate::path::PathItem;
 
 use super::blend::{Blended, blended};
 use super::limits::Limits;
-use super::lookahead::{Decided, LookAhead};
+use super::lookahead::{Decided, LookAhead, Timed};
 use super::source::Cutter;
 use super::{Feed, Seams};
 
@@ -39,6 +39,41 @@ impl<'a, I> Decisions<'a, I> {
     }
 }
 
+impl<E, I: Iterator<Item = Result<PathItem, E>>> Decisions<'_, I> {
+    /// The next item with its motion alone.
+    #[inline]
+    pub fn next_timed(&mut self) -> Option<Result<Timed, E>> {
+        loop {
+            if let Some(timed) = self.ahead.pop_timed() {
+                return Some(Ok(timed));
+            }
+            if let Err(error) = self.advance()? {
+                return Some(Err(error));
+            }
+        }
+    }
+
+    /// Lets the look-ahead know more, if there is more to know.
+    fn advance(&mut self) -> Option<Result<(), E>> {
+        if self.cutter.cut(&mut self.ahead) {
+            return Some(Ok(()));
+        }
+        if self.ended {
+            return None;
+        }
+        match self.path.next() {
+            Some(Ok(item)) => self.cutter.push(item, &mut self.ahead),
+            Some(Err(error)) => return Some(Err(error)),
+            None if self.cutter.finish(&mut self.ahead) => {}
+            None => {
+                self.ended = true;
+                self.ahead.finish();
+            }
+        }
+        Some(Ok(()))
+    }
+}
+
 impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Decisions<'_, I> {
     type Item = Result<Decided, E>;
 
@@ -47,20 +82,8 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Decisions<'_, I> {
             if let Some(decided) = self.ahead.pop() {
                 return Some(Ok(decided));
             }
-            if self.cutter.cut(&mut self.ahead) {
-                continue;
-            }
-            if self.ended {
-                return None;
-            }
-            match self.path.next() {
-                Some(Ok(item)) => self.cutter.push(item, &mut self.ahead),
-                Some(Err(error)) => return Some(Err(error)),
-                None if self.cutter.finish(&mut self.ahead) => {}
-                None => {
-                    self.ended = true;
-                    self.ahead.finish();
-                }
+            if let Err(error) = self.advance()? {
+                return Some(Err(error));
             }
         }
     }

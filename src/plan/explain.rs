@@ -160,7 +160,7 @@ impl<I> Explainer<'_, I> {
         self.waiting = Some((speed, Behind { pieces: Vec::new(), enough: PIECES_MIN }));
     }
 
-    fn run(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
+    fn run(&mut self, piece: Box<Piece>, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
         let start_limit_sq = piece.junction.speed_sq_max;
         let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
         let top_bound = Bound::of(&piece, ends_mm_s, ramp, at_seam);
@@ -180,7 +180,7 @@ impl<I> Explainer<'_, I> {
             cap_sq: 0.0,
             ramp_bound: Bound::Jerk,
         });
-        block.reach_sq = piece.exit_sq_max(block.reach_sq.min(start_limit_sq));
+        block.reach_sq = piece.exit_sq_max(block.reach_sq.min(start_limit_sq), f64::INFINITY);
         (block.cap_sq, block.cap_bound) = (piece.ends_sq_max[1], piece.bounds[1]);
         block.ramp_bound = Bound::of_ramp(&piece, ramp);
         block.speed.length_mm += piece.length_mm;
@@ -189,7 +189,7 @@ impl<I> Explainer<'_, I> {
             (block.speed.top_mm_s, block.speed.top_bound) = (top_mm_s, top_bound);
         }
         let Some((_, behind)) = &mut self.waiting else { return };
-        behind.pieces.push(piece);
+        behind.pieces.push(*piece);
         if behind.pieces.len() >= behind.enough {
             behind.enough *= 2;
             self.try_settle(ends_mm_s[1]);
@@ -221,7 +221,7 @@ impl Behind {
     fn entry_sq(&self, exit_sq: f64) -> f64 {
         let (mut speed_sq, mut limit_sq) = (exit_sq, f64::INFINITY);
         for piece in self.pieces.iter().rev() {
-            speed_sq = piece.entry_sq_max(speed_sq.min(limit_sq));
+            speed_sq = piece.entry_sq_max(speed_sq.min(limit_sq), f64::INFINITY);
             limit_sq = piece.junction.speed_sq_max;
         }
         speed_sq

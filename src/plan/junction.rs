@@ -15,16 +15,17 @@
 //! to half of one there. Beside one short way a step is half as well: two of them make one.
 
 use crate::base::{Axis, AxisMap, Point};
-use crate::path::{Corner, Segment};
+use crate::path::{Corner, Curve, Segment};
 
 use super::Bound;
+use super::extreme::{greater, lesser};
 use super::limits::Limits;
 
 /// Changes of direction below this are rounding of positions, not corners.
 const STRAIGHT: f64 = 1e-9;
 
-/// The widest window in which accelerations are taken, to either side.
-const WINDOW_TICKS: f64 = 20.0;
+/// The tangent of an angle that a series gives as well as the arctangent.
+const SMALL: f64 = 0.03;
 
 /// A junction, as the segment before and the one after make it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,13 +62,27 @@ pub struct End {
 }
 
 impl End {
-    /// Both ends of a segment of this length.
-    pub fn both(segment: &Segment, length_mm: f64) -> [End; 2] {
-        let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
-        let stops = segment.corner == Corner::Stop;
-        let end = |tangent| End { tangent, length_mm, feed_mm_s, stops: false };
-        let [from, to] = segment.tangents(length_mm).map(end);
-        [from, End { stops, ..to }]
+    /// Of no segment.
+    pub const NONE: End =
+        End { tangent: Point::ZERO, length_mm: 0.0, feed_mm_s: f64::INFINITY, stops: false };
+
+    /// The last end of a segment of this length.
+    pub fn last(segment: &Segment, length_mm: f64) -> End {
+        End {
+            tangent: segment.tangent_at_end(length_mm),
+            length_mm,
+            feed_mm_s: segment.feed_mm_s.unwrap_or(f64::INFINITY),
+            stops: segment.corner == Corner::Stop,
+        }
+    }
+
+    /// The first end of a curve with this last one; that of a line is no other.
+    pub fn first_of_curve(segment: &Segment, last: &End) -> Option<End> {
+        let tangent = match &segment.curve {
+            Curve::Line => return None,
+            Curve::Arc(_) | Curve::Spline(_) => segment.rates_at(0.0).tangent,
+        };
+        Some(End { tangent, stops: false, ..*last })
     }
 }
 
@@ -87,7 +102,7 @@ impl Junction {
     /// Between two segments, and how the path bends there.
     pub fn between(before: &End, after: &End, limits: &Limits) -> (Junction, Option<Bend>) {
         let lengths_mm = [before.length_mm, after.length_mm];
-        let feed_mm_s = before.feed_mm_s.min(after.feed_mm_s);
+        let feed_mm_s = lesser(before.feed_mm_s, after.feed_mm_s);
         let tangents = [&before.tangent, &after.tangent];
         let (junction, bend) = Junction::at(tangents, lengths_mm, feed_mm_s, limits);
         if before.stops { (junction.stopped(), None) } else { (junction, bend) }
@@ -100,57 +115,79 @@ impl Junction {
         feed_mm_s: f64,
         limits: &Limits,
     ) -> (Junction, Option<Bend>) {
-        let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
         let mean_mm = 0.5 * (lengths_mm[0] + lengths_mm[1]);
-        let mut fastest_mm_s = feed_mm_s;
+        // The inverse of the speed that jumps allow, that of the square of the one that accelerations
+        // over the mean length do, each of the axis that allows least, and of the axes' own speeds.
+        let (mut jump_s_mm, mut jump_axis) = (0.0, Axis::X);
+        let (mut spread_s2_mm, mut spread_axis) = (0.0, Axis::X);
+        let mut own_s_mm = 0.0;
         for limit in &limits.axes {
             let axis = limit.axis;
             let change = (b[axis] - a[axis]).abs();
             if change > STRAIGHT {
-                let jump_mm_s = limit.jump_mm_s / change;
-                let spread_sq = limit.accel_max_mm_s2 * mean_mm / change;
-                let speed_sq = (jump_mm_s * jump_mm_s).min(spread_sq);
-                if speed_sq < junction.speed_sq_max {
-                    junction.speed_sq_max = speed_sq;
-                    junction.bound = Bound::Corner(axis);
+                let (jump, spread) = (change * limit.per_jump_s_mm, change * limit.per_accel_s2_mm);
+                if jump > jump_s_mm {
+                    (jump_s_mm, jump_axis) = (jump, axis);
                 }
-                let rate = a[axis].abs().max(b[axis].abs());
-                fastest_mm_s = fastest_mm_s.min(limit.speed_max_mm_s / rate);
+                if spread > spread_s2_mm {
+                    (spread_s2_mm, spread_axis) = (spread, axis);
+                }
+                let rate = greater(a[axis].abs(), b[axis].abs());
+                own_s_mm = greater(own_s_mm, rate * limit.per_speed_s_mm);
             }
         }
-        if junction.speed_sq_max == f64::INFINITY
-            || !junction.share(lengths_mm, fastest_mm_s, limits.tick_s)
-        {
+        let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
+        if jump_s_mm == 0.0 {
             return (junction, None);
         }
-        let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) / mean_mm);
+        let is_jump = spread_s2_mm <= jump_s_mm * jump_s_mm * mean_mm;
+        (junction.speed_sq_max, junction.bound) = if is_jump {
+            (1.0 / (jump_s_mm * jump_s_mm), Bound::Corner(jump_axis))
+        } else {
+            (mean_mm / spread_s2_mm, Bound::Corner(spread_axis))
+        };
+        // Ways that the window holds at no speed that the jump allows have no steps to share.
+        let is_long = lesser(lengths_mm[0], lengths_mm[1]) * jump_s_mm >= limits.window_s;
+        let fastest_mm_s = || lesser(feed_mm_s, 1.0 / own_s_mm);
+        if is_long || !junction.share(lengths_mm, fastest_mm_s(), limits.window_s) {
+            return (junction, None);
+        }
+        let per_mean_mm = 1.0 / mean_mm;
+        let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) * per_mean_mm);
         (junction, Some(Bend { per_mm, speed_sq_max: junction.speed_sq_max }))
     }
 
     /// Leaves room for the neighbours' steps of speed, where verify's widest window sees both, and
     /// tells whether it is a point of a chopped curve.
-    fn share(&mut self, lengths_mm: [f64; 2], fastest_mm_s: f64, tick_s: f64) -> bool {
-        let window_s = WINDOW_TICKS * tick_s;
+    fn share(&mut self, lengths_mm: [f64; 2], fastest_mm_s: f64, window_s: f64) -> bool {
         let jump_mm_s = self.speed_sq_max.sqrt();
-        let window_mm = jump_mm_s.min(fastest_mm_s) * window_s;
+        let window_mm = lesser(jump_mm_s, fastest_mm_s) * window_s;
         let [shorter_mm, longer_mm] =
-            [lengths_mm[0].min(lengths_mm[1]), lengths_mm[0].max(lengths_mm[1])];
+            [lesser(lengths_mm[0], lengths_mm[1]), greater(lengths_mm[0], lengths_mm[1])];
         if shorter_mm >= window_mm {
             return false;
         }
         let is_curve = longer_mm < window_mm;
         let share = if is_curve { 0.5 * (shorter_mm + longer_mm) / longer_mm } else { 0.5 };
-        let speed_mm_s = (share * jump_mm_s).max(jump_mm_s.min(shorter_mm / window_s));
+        let speed_mm_s = greater(share * jump_mm_s, lesser(jump_mm_s, shorter_mm / window_s));
         self.speed_sq_max = speed_mm_s * speed_mm_s;
         is_curve
     }
 }
 
-/// The angle between two directions in X, Y and Z; 0 where one of them does not move these.
+/// The angle between two directions in X, Y and Z; 0 where one of them does not move these. A small one, x
+/// by its tangent, is x - x³/3 + x⁵/5 - x⁷/7: what is left out is below 1e-13 of it.
 fn angle(a: &Point, b: &Point) -> f64 {
     let [a, b] = [a, b].map(|tangent| Axis::LINEAR.map(|axis| tangent[axis]));
     let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let turn_rad = libm::atan2(dot(&cross, &cross).sqrt(), dot(&a, &b));
+    let (sin, cos) = (dot(&cross, &cross).sqrt(), dot(&a, &b));
+    let turn_rad = if sin < SMALL * cos {
+        let tan = sin / cos;
+        let sq = tan * tan;
+        tan * (1.0 - sq * (1.0 / 3.0 - sq * (1.0 / 5.0 - sq / 7.0)))
+    } else {
+        libm::atan2(sin, cos)
+    };
     if turn_rad > STRAIGHT { turn_rad } else { 0.0 }
 }

@@ -8,6 +8,9 @@ use super::Bound;
 /// Pieces of a segment that takes a whole buffer, at least.
 const PIECES_A_BUFFER: f64 = 64.0;
 
+/// The widest window in which accelerations are taken, to either side.
+const WINDOW_TICKS: f64 = 20.0;
+
 /// Keeps a count below its limit whatever the rounding of positions does, in steps.
 const COUNT_MARGIN: f64 = 1e-6;
 
@@ -18,6 +21,8 @@ pub struct Limits {
     pub axes: Vec<AxisLimits>,
     /// Period of the bus.
     pub tick_s: f64,
+    /// The widest window in which accelerations are taken, to either side.
+    pub window_s: f64,
     /// How far the executed path may be off.
     pub path_tolerance_mm: f64,
     /// How long a piece takes at its greatest speed at most: where motion is in node buffers, a share
@@ -38,13 +43,17 @@ pub struct AxisLimits {
     pub axis: Axis,
     /// Its greatest speed: its own, or that of the most steps that its node makes in a tick.
     pub speed_max_mm_s: f64,
+    /// The inverse of that: rates of axes are weighed by it without a division.
+    pub per_speed_s_mm: f64,
     /// Which of both it is.
     pub speed_bound: Bound,
     /// Its greatest acceleration.
     pub accel_max_mm_s2: f64,
-    /// The step of speed that it may make at once: what ticks can show of its acceleration, or the
-    /// motor's start-stop speed, whichever is more.
-    pub jump_mm_s: f64,
+    /// The inverse of that.
+    pub per_accel_s2_mm: f64,
+    /// The inverse of the step of speed that it may make at once: what ticks can show of its acceleration,
+    /// or the motor's start-stop speed, whichever is more.
+    pub per_jump_s_mm: f64,
     /// Its greatest jerk.
     pub jerk_max_mm_s3: Option<f64>,
 }
@@ -60,6 +69,7 @@ impl Limits {
         Limits {
             axes: machine.axes.iter().map(|profile| AxisLimits::new(profile, machine)).collect(),
             tick_s,
+            window_s: WINDOW_TICKS * tick_s,
             path_tolerance_mm: machine.path_tolerance_mm,
             piece_max_s: ticks_max
                 .map_or(f64::INFINITY, |max| f64::from(max) * tick_s / PIECES_A_BUFFER),
@@ -81,12 +91,16 @@ impl AxisLimits {
         let count_max = f64::from(machine.count_max(profile)) - COUNT_MARGIN;
         let count_mm_s = count_max / (tick_s * profile.steps_per_mm);
         let is_own = profile.speed_max_mm_s <= count_mm_s;
+        let speed_max_mm_s = profile.speed_max_mm_s.min(count_mm_s);
+        let jump_mm_s = (profile.accel_max_mm_s2 * tick_s).max(profile.start_speed_mm_s);
         AxisLimits {
             axis,
-            speed_max_mm_s: profile.speed_max_mm_s.min(count_mm_s),
+            speed_max_mm_s,
+            per_speed_s_mm: 1.0 / speed_max_mm_s,
             speed_bound: if is_own { Bound::AxisSpeed(axis) } else { Bound::Count(axis) },
             accel_max_mm_s2: profile.accel_max_mm_s2,
-            jump_mm_s: (profile.accel_max_mm_s2 * tick_s).max(profile.start_speed_mm_s),
+            per_accel_s2_mm: 1.0 / profile.accel_max_mm_s2,
+            per_jump_s_mm: 1.0 / jump_mm_s,
             jerk_max_mm_s3: profile.jerk_max_mm_s3,
         }
     }

@@ -18,20 +18,22 @@
 //! the way that braking takes, v²/2a.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use crate::base::Event;
-use crate::path::Curve;
+use crate::path::{Curve, Segment};
 
+use super::extreme::{greater, lesser};
 use super::jerk::Smoother;
 use super::limits::Limits;
 use super::piece::Piece;
-use super::{Bound, Feed, Ramp, SeamKind};
+use super::{Bound, Feed, Moment, Profile, Ramp, SeamKind};
 
 /// An item on its way to the schedule.
 #[derive(Clone, Debug)]
 pub enum Ahead {
-    /// A piece of the path, from rest or from the piece before.
-    Piece(Piece),
+    /// A piece of the path, from rest or from the piece before. It stays where it lies until it is run.
+    Piece(Box<Piece>),
     /// Something that happens at rest.
     Event(Event),
     /// A node buffer ends and the next begins, at rest.
@@ -40,12 +42,11 @@ pub enum Ahead {
 
 /// An item whose speeds are decided.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly all are pieces: boxes would cost more")]
 pub enum Decided {
     /// A piece of the path.
     Piece {
         /// The piece.
-        piece: Piece,
+        piece: Box<Piece>,
         /// Speeds at its start and end.
         ends_mm_s: [f64; 2],
         /// How it is run between them.
@@ -57,6 +58,45 @@ pub enum Decided {
     Event(Event),
     /// A node buffer ends and the next begins, at rest.
     Seam(SeamKind),
+}
+
+/// An item with its motion: what the schedule puts on the time axis.
+#[derive(Clone, Debug)]
+pub enum Timed {
+    /// Motion along a piece of a segment.
+    Run {
+        /// All but when it is and in which buffer.
+        profile: Box<Profile>,
+        /// It begins at rest.
+        from_rest: bool,
+    },
+    /// Something that happens at rest.
+    Event(Event),
+    /// A node buffer ends and the next begins, at rest.
+    Seam(SeamKind),
+}
+
+impl Timed {
+    #[inline]
+    fn run(piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Timed {
+        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
+        let (segment, shares) = (Arc::clone(&piece.segment), piece.shares);
+        let ([start, end], buffer) = ([Moment::default(); 2], 0);
+        let profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
+        Timed::Run { profile, from_rest: ends_mm_s[0] == 0.0 }
+    }
+}
+
+impl From<Decided> for Timed {
+    fn from(decided: Decided) -> Timed {
+        match decided {
+            Decided::Event(event) => Timed::Event(event),
+            Decided::Seam(kind) => Timed::Seam(kind),
+            Decided::Piece { piece, ends_mm_s, ramp, at_seam } => {
+                Timed::run(&piece, ends_mm_s, ramp, at_seam)
+            }
+        }
+    }
 }
 
 /// Items that are looked at together at least: so many that the passes' overhead is spread.
@@ -85,6 +125,9 @@ pub struct LookAhead {
     enough: usize,
     /// What comes after, where an axis has a limit on jerk.
     smoother: Option<Smoother>,
+    /// Pieces that have been run, to be used again.
+    #[expect(clippy::vec_box, reason = "they come and go in their boxes")]
+    spare: Vec<Box<Piece>>,
 }
 
 #[derive(Debug)]
@@ -98,7 +141,7 @@ impl Queued {
     /// Square of the greatest speed at its start.
     fn entry_limit_sq(&self) -> f64 {
         match &self.item {
-            Ahead::Piece(piece) => piece.junction.speed_sq_max.min(piece.ends_sq_max[0]),
+            Ahead::Piece(piece) => lesser(piece.junction.speed_sq_max, piece.ends_sq_max[0]),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         }
     }
@@ -138,17 +181,27 @@ impl LookAhead {
             decided: 0,
             enough: ITEMS_MIN,
             smoother: (has_ramps && limits.has_jerk).then(Smoother::new),
+            spare: Vec::new(),
         }
+    }
+
+    /// A piece that is a whole segment of this length, at its feed so far.
+    #[inline]
+    pub fn piece(&mut self, segment: Arc<Segment>, length_mm: f64) -> Box<Piece> {
+        let Some(mut piece) = self.spare.pop() else {
+            return Box::new(Piece::at_feed(segment, [0.0, 1.0], length_mm));
+        };
+        piece.renew(segment, length_mm);
+        piece
     }
 
     /// Takes the next item.
     pub fn push(&mut self, item: Ahead) {
+        self.queue.push_back(Queued { item, entry_sq: 0.0 });
         if !self.has_ramps {
-            self.queue.push_back(Queued { item, entry_sq: 0.0 });
             self.decided = self.queue.len();
             return;
         }
-        self.queue.push_back(Queued { item, entry_sq: 0.0 });
         self.hold_corner();
         if self.queue.len() >= self.enough {
             self.decide();
@@ -165,7 +218,6 @@ impl LookAhead {
     }
 
     /// Gives the next item whose motion is decided, if there is one.
-    #[inline]
     pub fn pop(&mut self) -> Option<Decided> {
         if self.smoother.is_none() {
             return self.pop_speeds();
@@ -179,31 +231,60 @@ impl LookAhead {
         }
     }
 
-    /// Gives the next item whose speeds are decided, if there is one.
+    /// The same with its motion alone.
     #[inline]
+    pub fn pop_timed(&mut self) -> Option<Timed> {
+        if self.smoother.is_some() || !self.has_ramps {
+            return self.pop().map(Timed::from);
+        }
+        let (ends_mm_s, at_seam) = self.front_speeds()?;
+        Some(match self.pop_front()? {
+            Ahead::Event(event) => Timed::Event(event),
+            Ahead::Seam(kind) => Timed::Seam(kind),
+            Ahead::Piece(piece) => {
+                let timed = Timed::run(&piece, ends_mm_s, piece.ramp(ends_mm_s), at_seam);
+                self.spare.push(piece);
+                timed
+            }
+        })
+    }
+
+    /// Gives the next item whose speeds are decided, if there is one.
     fn pop_speeds(&mut self) -> Option<Decided> {
-        if self.decided == 0 {
-            return None;
-        }
-        self.decided -= 1;
-        let front = self.queue.pop_front()?;
         if !self.has_ramps {
-            return Some(Decided::at_once(front.item));
+            self.decided = self.decided.checked_sub(1)?;
+            return self.queue.pop_front().map(|front| Decided::at_once(front.item));
         }
-        let next = self.queue.front();
-        let exit_sq = next.map_or(0.0, |next| next.entry_sq);
-        let begins_at_seam = std::mem::replace(&mut self.is_at_seam, is_own_stop(&front.item));
-        let at_seam = begins_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
-        self.start_sq = exit_sq;
-        Some(match front.item {
+        let (ends_mm_s, at_seam) = self.front_speeds()?;
+        Some(match self.pop_front()? {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
             Ahead::Piece(piece) => {
-                let ends_mm_s = [front.entry_sq.sqrt(), exit_sq.sqrt()];
                 let ramp = piece.ramp(ends_mm_s);
                 Decided::Piece { piece, ends_mm_s, ramp, at_seam }
             }
         })
+    }
+
+    /// The speeds at both ends of the first item, if they are decided, and whether one of them is a stop that
+    /// only a seam asks for.
+    #[inline]
+    fn front_speeds(&self) -> Option<([f64; 2], bool)> {
+        let front = self.queue.front().filter(|_| self.decided > 0)?;
+        let next = self.queue.get(1);
+        let squares = [front.entry_sq, next.map_or(0.0, |next| next.entry_sq)];
+        let at_seam = self.is_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
+        Some((squares.map(f64::sqrt), at_seam))
+    }
+
+    /// Takes the first item out.
+    #[inline]
+    fn pop_front(&mut self) -> Option<Ahead> {
+        let front = self.queue.pop_front()?;
+        self.decided -= 1;
+        self.is_at_seam = is_own_stop(&front.item);
+        self.start_sq = self.queue.front().map_or(0.0, |next| next.entry_sq);
+        Some(front.item)
     }
 
     fn decide(&mut self) {
@@ -217,12 +298,11 @@ impl LookAhead {
     fn backward(&mut self) {
         let mut exit_sq = 0.0;
         for queued in self.queue.iter_mut().rev() {
-            let reach_sq = match &queued.item {
-                Ahead::Piece(piece) => piece.entry_sq_max(exit_sq),
+            exit_sq = match &queued.item {
+                Ahead::Piece(piece) => piece.entry_sq_max(exit_sq, piece.junction.speed_sq_max),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
-            queued.entry_sq = reach_sq.min(queued.entry_limit_sq());
-            exit_sq = queued.entry_sq;
+            queued.entry_sq = exit_sq;
         }
     }
 
@@ -231,15 +311,16 @@ impl LookAhead {
     fn forward(&mut self) -> usize {
         let (mut decided, mut entry_sq) = (0, self.start_sq);
         let open_from = self.open_from();
-        for i in 0..self.queue.len() {
-            self.queue[i].entry_sq = entry_sq;
-            let reach_sq = match &self.queue[i].item {
-                Ahead::Piece(piece) => piece.exit_sq_max(entry_sq),
+        let mut queue = self.queue.iter_mut().enumerate().peekable();
+        while let Some((i, queued)) = queue.next() {
+            queued.entry_sq = entry_sq;
+            let Some((_, next)) = queue.peek() else { break };
+            let backward_sq = next.entry_sq;
+            entry_sq = match &queued.item {
+                Ahead::Piece(piece) => piece.exit_sq_max(entry_sq, backward_sq),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
-            let Some(next) = self.queue.get(i + 1) else { break };
-            entry_sq = reach_sq.min(next.entry_sq);
-            if i < open_from && (reach_sq <= next.entry_sq || entry_sq >= next.entry_limit_sq()) {
+            if i < open_from && (entry_sq < backward_sq || entry_sq >= next.entry_limit_sq()) {
                 decided = i + 1;
             }
         }
@@ -251,7 +332,7 @@ impl LookAhead {
         let mut left_mm = 0.0;
         for (i, queued) in self.queue.iter().enumerate().rev() {
             let Ahead::Piece(piece) = &queued.item else { return i };
-            if left_mm > piece.speed_sq_max().sqrt() * self.tick_s {
+            if left_mm * left_mm > piece.speed_sq_max() * self.tick_s * self.tick_s {
                 return i;
             }
             left_mm += piece.length_mm;
@@ -270,51 +351,62 @@ impl LookAhead {
     /// ```
     fn hold_corner(&mut self) {
         let newest = self.queue.len() - 1;
-        let (mut turn_rad, mut span_mm) = (0.0_f64, 0.0_f64);
+        let tick_s_sq = self.tick_s * self.tick_s;
+        let (mut turn_rad, mut span_mm, mut fastest_sq) = (0.0, 0.0, 0.0);
         for first in (0..=newest).rev() {
             let Ahead::Piece(piece) = &self.queue[first].item else { break };
-            let junction = &piece.junction;
+            let (junction, piece_sq) = (&piece.junction, piece.speed_sq_max());
             if first == newest && junction.turn_rad == 0.0 {
                 break;
             }
             if first < newest {
                 span_mm += piece.length_mm;
-                if span_mm > piece.speed_sq_max().sqrt() * self.tick_s
-                    || junction.speed_sq_max == 0.0
-                {
+                if span_mm * span_mm > piece_sq * tick_s_sq || junction.speed_sq_max == 0.0 {
                     break;
                 }
             }
+            fastest_sq = greater(fastest_sq, piece_sq);
             if junction.turn_rad > 0.0 {
-                turn_rad = (turn_rad + junction.turn_rad).min(std::f64::consts::PI);
-                let off_mm = self.corner_share(first, newest) * self.tolerance_mm;
-                let way_mm = 4.0 * off_mm / turn_rad + 0.5 * span_mm;
-                self.hold_window(first, newest, way_mm.max(span_mm));
+                turn_rad = lesser(turn_rad + junction.turn_rad, std::f64::consts::PI);
+                let before_sq = first.checked_sub(1).map_or(0.0, |before| self.piece_sq(before));
+                let tick_sq = greater(fastest_sq, before_sq) * tick_s_sq;
+                let way_mm = |share: f64| {
+                    let off_mm = share * self.tolerance_mm;
+                    greater(4.0 * off_mm / turn_rad + 0.5 * span_mm, span_mm)
+                };
+                if tick_sq > way_mm(CORNER_SHARE).powi(2) {
+                    let way_mm = way_mm(self.corner_share(first, newest));
+                    if tick_sq > way_mm * way_mm {
+                        self.hold_window(first, newest, way_mm);
+                        let pieces_sq = (first..=newest).map(|i| self.piece_sq(i));
+                        fastest_sq = pieces_sq.fold(0.0, greater);
+                    }
+                }
             }
+        }
+    }
+
+    /// Square of the speed that all of a piece can be run at; 0 of anything else.
+    fn piece_sq(&self, index: usize) -> f64 {
+        match &self.queue[index].item {
+            Ahead::Piece(piece) => piece.speed_sq_max(),
+            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         }
     }
 
     /// The share of the path tolerance for the corners at the starts of two items.
     fn corner_share(&self, first: usize, last: usize) -> f64 {
         let is_line = |i: usize| match &self.queue[i].item {
-            Ahead::Piece(piece) => piece.segment.curve == Curve::Line,
+            Ahead::Piece(piece) => matches!(piece.segment.curve, Curve::Line),
             Ahead::Event(_) | Ahead::Seam(_) => true,
         };
         let has_lines_only = (first.saturating_sub(1)..=last).all(is_line);
         if has_lines_only { LINES_SHARE } else { CORNER_SHARE }
     }
 
-    /// Holds the way of a tick that holds the corners at the starts of two items.
+    /// Holds the speed around the corners at the starts of two items, so that a tick goes no further.
     fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
         let around = first.saturating_sub(1)..=last;
-        let fastest_sq = |i: usize| match &self.queue[i].item {
-            Ahead::Piece(piece) => piece.speed_sq_max(),
-            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
-        };
-        let fastest_mm_s = around.clone().map(fastest_sq).fold(0.0, f64::max).sqrt();
-        if fastest_mm_s * self.tick_s <= way_mm {
-            return;
-        }
         let accel = |i: usize| match &self.queue[i].item {
             Ahead::Piece(piece) => piece.accel_max_mm_s2(),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,

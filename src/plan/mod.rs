@@ -24,6 +24,8 @@ mod cost;
 mod cuts;
 mod decisions;
 mod explain;
+mod extreme;
+mod grip;
 mod groups;
 mod hairpin;
 mod jerk;
@@ -102,22 +104,26 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Share of the piece done at a tick boundary between its start and end; 1 exactly at its end.
-    fn share_at(&self, boundary: u64, tick_s: f64) -> f64 {
+    /// Share of the segment's way done at a tick boundary between the piece's start and end; exactly that of
+    /// its end there.
+    fn segment_share_at(&self, boundary: u64, tick_s: f64) -> f64 {
+        let [from, to] = self.shares;
         if boundary == self.end.tick && self.end.share == 0.0 {
-            return 1.0;
+            return to;
         }
         let time_s = self.start.ticks_until(boundary) * tick_s;
-        self.ramp.distance_mm(time_s) / self.ramp.length_mm()
+        let share = self.ramp.distance_mm(time_s) / self.ramp.length_mm();
+        if share >= 1.0 { to } else { from + (to - from) * share }
     }
 
     /// Position at a tick boundary between the piece's start and end.
     pub fn position_at(&self, boundary: u64, tick_s: f64) -> Point {
-        let share = self.share_at(boundary, tick_s);
-        if share >= 1.0 {
-            return self.end_mm();
-        }
-        self.segment.point_at(self.shares[0] + (self.shares[1] - self.shares[0]) * share)
+        self.segment.point_at(self.segment_share_at(boundary, tick_s))
+    }
+
+    /// The same in X, Y and Z.
+    fn xyz_at(&self, boundary: u64, tick_s: f64) -> [f64; 3] {
+        self.segment.xyz_at(self.segment_share_at(boundary, tick_s))
     }
 
     /// The piece as chords, each with its mean speed: where it begins, where it ends, mm/s. So short that

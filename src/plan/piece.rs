@@ -10,11 +10,11 @@
 
 use std::sync::Arc;
 
-use smallvec::SmallVec;
-
 use crate::base::{Axis, Point};
 use crate::path::{Curve, Rates, RatesRef, Segment, Span};
 
+use super::extreme::{greater, lesser};
+use super::grip::Grip;
 use super::jerk::JerkLimit;
 use super::junction::{Bend, Junction};
 use super::limits::{AxisLimits, Limits};
@@ -26,17 +26,11 @@ pub const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
 /// Between a piece's ends limits may be tighter than the straight line between those at the ends.
 /// The square of the speed that an axis's own allows, V²/cos²θ, bends most: at 45 degrees, where
 /// two axes share the limit, a chord over θ lies above it by θ² of it, which is θ²/2 of the speed.
-const INSIDE: f64 = 1.0 + TURN_MAX_RAD * TURN_MAX_RAD / 2.0;
+pub(super) const INSIDE: f64 = 1.0 + TURN_MAX_RAD * TURN_MAX_RAD / 2.0;
 
 /// Share of `path_tolerance_mm` for the chords that ticks make of curves; the rest is for
 /// corners within a tick.
 const CHORD_SHARE: f64 = 0.5;
-
-/// Conditions of a piece in X, Y and Z.
-const PULLS_MOSTLY: usize = 6;
-
-/// Where one end uses all of a limit, what is left for the other must not hang on rounding.
-const PULL_SLACK: f64 = 1e-9;
 
 /// A bent piece that takes less than this share of the time in which its greatest acceleration grows is
 /// run with one: speeding up within it by what the jerk j allows in a time t, and braking again, gains
@@ -64,26 +58,6 @@ pub struct Piece {
     /// How it begins where the piece before ends.
     pub junction: Junction,
     grip: Grip,
-}
-
-/// How the axes hold the path: which changes of speed they can follow.
-#[derive(Clone, Debug)]
-enum Grip {
-    /// Acceleration along a line.
-    Straight { accel_mm_s2: f64 },
-    /// Conditions on the squares of the speeds at both ends of a bent piece; the greatest square that
-    /// they let both have; and the acceleration that its bends leave.
-    Bent { pulls: Pulls, even_sq: f64, accel_mm_s2: f64 },
-}
-
-/// As many as X, Y and Z have are kept in place.
-type Pulls = SmallVec<[Pull; PULLS_MOSTLY]>;
-
-/// `from · u₀ + to · u₁` has to lie between -1 and 1.
-#[derive(Clone, Copy, Debug)]
-struct Pull {
-    from: f64,
-    to: f64,
 }
 
 impl Piece {
@@ -120,7 +94,7 @@ impl Piece {
             before = Some(rates);
             let mut piece = Piece::bent(segment, shares, span.length_mm, &ends, limits);
             if !ramps {
-                piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+                piece.grip = Grip::FREE;
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
@@ -156,7 +130,7 @@ impl Piece {
             let shares = [share(k), share(k + 1)];
             let mut piece = Piece::bent(&self.segment, shares, length_mm, &part, limits);
             if !ramps {
-                piece.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+                piece.grip = Grip::FREE;
             }
             piece.junction = std::mem::replace(&mut junction, Junction::STRAIGHT);
             take(piece);
@@ -167,30 +141,35 @@ impl Piece {
     /// are points of one. The axes' step of speed is made at the speed of that junction, in the time that
     /// the line takes, faster between its ends: so much acceleration does it take from the line.
     pub fn bend(&mut self, tangent: &Point, bends: [Option<&Bend>; 2], limits: &Limits) {
-        if self.segment.curve != Curve::Line || bends.iter().all(Option::is_none) {
+        if bends == [None; 2] || !matches!(self.segment.curve, Curve::Line) {
             return;
         }
         let ends = bends.map(|bend| RatesRef {
             tangent,
             bend_per_mm: bend.map_or(&Point::ZERO, |bend| &bend.per_mm),
         });
-        let straight_mm_s2 = limits.axes.iter().fold(f64::INFINITY, |least, limit| {
-            least.min(limit.accel_max_mm_s2 / tangent[limit.axis].abs())
-        });
+        let straight_mm_s2 = self.accel_max_mm_s2();
         self.hold_jerk(ends, limits);
-        let piece_sq = self.ends_sq_max[0].max(self.ends_sq_max[1]);
+        let piece_sq = greater(self.ends_sq_max[0], self.ends_sq_max[1]);
         let fastest_sq = bends.map(|bend| {
             let Some(bend) = bend else { return 0.0 };
-            let junction_sq = bend.speed_sq_max.min(piece_sq);
-            let peak_sq = (junction_sq + straight_mm_s2 * self.length_mm).min(piece_sq);
+            let junction_sq = lesser(bend.speed_sq_max, piece_sq);
+            let peak_sq = lesser(junction_sq + straight_mm_s2 * self.length_mm, piece_sq);
             (junction_sq * peak_sq).sqrt()
         });
-        self.grip = self.held(ends, fastest_sq, limits);
+        self.grip = Grip::bent(ends, self.length_mm, fastest_sq, limits);
+    }
+
+    /// The same, for the next of several parts: those behind the first go straight on.
+    pub(super) fn next_part(self: &mut Box<Piece>) -> Box<Piece> {
+        let part = self.clone();
+        self.junction = Junction::STRAIGHT;
+        part
     }
 
     /// Lets it change its speed at once.
     pub(super) fn without_ramps(&mut self) {
-        self.grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+        self.grip = Grip::FREE;
     }
 
     /// In how many pieces it has to be cut, so that none takes longer than [`Limits::piece_max_s`].
@@ -198,32 +177,25 @@ impl Piece {
         self.length_mm / self.speed_sq_max().sqrt() / limits.piece_max_s
     }
 
-    /// A segment of this length, on which the axes move at most at these rates, as one piece: with the
-    /// speed that all of it can be run at and, on a line, the acceleration.
-    pub(super) fn whole(
-        segment: &Arc<Segment>,
-        length_mm: f64,
-        rates: &Point,
-        limits: &Limits,
-    ) -> Piece {
-        let mut piece = Piece::at_feed(segment, [0.0, 1.0], length_mm);
-        let mut speed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
-        let (mut bound, mut accel_mm_s2) = (Bound::Feed, f64::INFINITY);
+    /// Holds a whole segment on which the axes move at most at these rates to the speed that all of it can
+    /// be run at and, on a line, the acceleration.
+    pub(super) fn hold_whole(&mut self, rates: &Point, limits: &Limits) {
+        let feed_mm_s = self.segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        let (mut slow_s_mm, mut bound, mut held_s2_mm) = (0.0, Bound::Feed, 0.0);
         for limit in &limits.axes {
             let rate = rates[limit.axis].abs();
-            if rate > 0.0 {
-                let axis_mm_s = limit.speed_max_mm_s / rate;
-                if axis_mm_s < speed_mm_s {
-                    (speed_mm_s, bound) = (axis_mm_s, limit.speed_bound);
-                }
-                accel_mm_s2 = accel_mm_s2.min(limit.accel_max_mm_s2 / rate);
+            let axis_s_mm = rate * limit.per_speed_s_mm;
+            if axis_s_mm > slow_s_mm {
+                (slow_s_mm, bound) = (axis_s_mm, limit.speed_bound);
             }
+            held_s2_mm = greater(held_s2_mm, rate * limit.per_accel_s2_mm);
         }
-        piece.bounded_by(speed_mm_s * speed_mm_s, bound);
-        piece.hold_chord(limits);
-        piece.jerk = JerkLimit::straight(rates, limits);
-        piece.grip = Grip::Straight { accel_mm_s2 };
-        piece
+        if slow_s_mm * feed_mm_s > 1.0 {
+            self.bounded_by(1.0 / (slow_s_mm * slow_s_mm), bound);
+        }
+        self.hold_chord(limits);
+        self.jerk = JerkLimit::straight(rates, limits);
+        self.grip = Grip::Straight { accel_mm_s2: 1.0 / held_s2_mm };
     }
 
     pub(super) fn bent(
@@ -233,7 +205,7 @@ impl Piece {
         ends: &[Rates; 2],
         limits: &Limits,
     ) -> Piece {
-        let mut piece = Piece::at_feed(segment, shares, length_mm);
+        let mut piece = Piece::at_feed(Arc::clone(segment), shares, length_mm);
         let ends = ends.each_ref().map(Rates::by_ref);
         for limit in &limits.axes {
             let axis = limit.axis;
@@ -249,7 +221,7 @@ impl Piece {
         }
         piece.hold_jerk(ends, limits);
         let fastest_sq = piece.ends_sq_max[0].max(piece.ends_sq_max[1]);
-        piece.grip = piece.held(ends, [fastest_sq; 2], limits);
+        piece.grip = Grip::bent(ends, length_mm, [fastest_sq; 2], limits);
         piece
     }
 
@@ -261,45 +233,28 @@ impl Piece {
         }
     }
 
-    /// How the axes hold a piece with these derivatives at its ends, where these squares of speeds go
-    /// with the bends.
-    fn held(&self, ends: [RatesRef<'_>; 2], fastest_sq: [f64; 2], limits: &Limits) -> Grip {
-        let mut pulls = Pulls::new();
-        let (mut even_sq, mut accel_mm_s2) = (f64::INFINITY, f64::INFINITY);
-        for limit in &limits.axes {
-            let (axis, most_mm_s2) = (limit.axis, limit.accel_max_mm_s2);
-            let rests =
-                |rates: &RatesRef<'_>| rates.tangent[axis] == 0.0 && rates.bend_per_mm[axis] == 0.0;
-            if ends.iter().all(rests) {
-                continue;
-            }
-            let [t0, t1] = ends.map(|rates| rates.tangent[axis] * INSIDE);
-            let [b0, b1] = ends.map(|rates| rates.bend_per_mm[axis] * INSIDE);
-            even_sq = even_sq.min(most_mm_s2 / b0.abs().max(b1.abs()));
-            let along = 0.5 / self.length_mm;
-            pulls.push(Pull { from: (b0 - t0 * along) / most_mm_s2, to: t0 * along / most_mm_s2 });
-            pulls.push(Pull { from: -t1 * along / most_mm_s2, to: (b1 + t1 * along) / most_mm_s2 });
-            let rate = t0.abs().max(t1.abs());
-            if rate > 0.0 {
-                let across = f64::max(b0.abs() * fastest_sq[0], b1.abs() * fastest_sq[1]);
-                accel_mm_s2 = accel_mm_s2.min((most_mm_s2 - across) / rate);
-            }
-        }
-        Grip::Bent { pulls, even_sq, accel_mm_s2 }
-    }
-
-    fn at_feed(segment: &Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {
+    /// At the feed of its segment, whatever the axes say.
+    pub(super) fn at_feed(segment: Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {
         let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
         Piece {
-            segment: Arc::clone(segment),
+            segment,
             shares,
             length_mm,
             ends_sq_max: [feed_mm_s * feed_mm_s; 2],
             bounds: [Bound::Feed; 2],
             jerk: JerkLimit::NONE,
             junction: Junction::STRAIGHT,
-            grip: Grip::Straight { accel_mm_s2: f64::INFINITY },
+            grip: Grip::FREE,
         }
+    }
+
+    /// The same of a whole segment, where another piece has been: field by field, since a piece is more than
+    /// what changes.
+    pub(super) fn renew(&mut self, segment: Arc<Segment>, length_mm: f64) {
+        let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        (self.segment, self.shares, self.length_mm) = (segment, [0.0, 1.0], length_mm);
+        (self.ends_sq_max, self.bounds) = ([feed_mm_s * feed_mm_s; 2], [Bound::Feed; 2]);
+        (self.jerk, self.junction, self.grip) = (JerkLimit::NONE, Junction::STRAIGHT, Grip::FREE);
     }
 
     /// Holds the speed below the axis's greatest.
@@ -349,52 +304,38 @@ impl Piece {
 
     /// Square of the greatest speed that all of it can be run at.
     pub fn speed_sq_max(&self) -> f64 {
-        self.ends_sq_max[0].min(self.ends_sq_max[1])
+        lesser(self.ends_sq_max[0], self.ends_sq_max[1])
     }
 
-    /// Square of the greatest speed at its start from which the speed at its end can be brought
-    /// to or below one whose square is given.
-    pub fn entry_sq_max(&self, exit_sq: f64) -> f64 {
-        let exit_sq = exit_sq.min(self.ends_sq_max[1]);
-        let reach = match &self.grip {
+    /// Square of the greatest speed at its start, up to one given, from which the speed at its end can be
+    /// brought to or below another.
+    pub fn entry_sq_max(&self, exit_sq: f64, most_sq: f64) -> f64 {
+        let most_sq = lesser(most_sq, self.ends_sq_max[0]);
+        let exit_sq = lesser(exit_sq, self.ends_sq_max[1]);
+        let reach_sq = match &self.grip {
             Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
-            Grip::Bent { pulls, even_sq, .. } => {
-                let entry = |exit_sq| most(pulls.iter().map(|pull| (pull.from, pull.to)), exit_sq);
-                let even_sq = self.speed_sq_max().min(*even_sq);
-                let entry_sq = entry(exit_sq);
-                // Above the speed that all of it may have there may be no entry to an exit.
-                let holds = |pull: &Pull| {
-                    (pull.from * entry_sq + pull.to * exit_sq).abs() <= 1.0 + PULL_SLACK
-                };
-                if exit_sq <= even_sq || entry_sq >= even_sq && pulls.iter().all(holds) {
-                    entry_sq
-                } else {
-                    entry(even_sq)
-                }
-            }
+            Grip::Bent(bent) if bent.allows([most_sq, exit_sq]) => most_sq,
+            Grip::Bent(bent) => bent.entry_sq(exit_sq, self.speed_sq_max()),
         };
-        reach.min(self.ends_sq_max[0])
+        lesser(reach_sq, most_sq)
     }
 
-    /// Square of the greatest speed at its end that can be reached from one at its start.
-    pub fn exit_sq_max(&self, entry_sq: f64) -> f64 {
-        let reach = match &self.grip {
+    /// Square of the greatest speed at its end, up to one given, that can be reached from one at its start.
+    pub fn exit_sq_max(&self, entry_sq: f64, most_sq: f64) -> f64 {
+        let most_sq = lesser(most_sq, self.ends_sq_max[1]);
+        let reach_sq = match &self.grip {
             Grip::Straight { accel_mm_s2 } => entry_sq + 2.0 * accel_mm_s2 * self.length_mm,
-            Grip::Bent { pulls, .. } => {
-                most(pulls.iter().map(|pull| (pull.to, pull.from)), entry_sq)
-            }
+            Grip::Bent(bent) if bent.allows([entry_sq, most_sq]) => most_sq,
+            Grip::Bent(bent) => bent.exit_from(entry_sq),
         };
-        reach.min(self.ends_sq_max[1])
+        lesser(reach_sq, most_sq)
     }
 
     /// The greatest acceleration from a speed at its start, whatever its speed limits say.
     pub fn speeding_up_mm_s2(&self, speed_sq: f64) -> f64 {
         match &self.grip {
             Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
-            Grip::Bent { pulls, .. } => {
-                let exit_sq = most(pulls.iter().map(|pull| (pull.to, pull.from)), speed_sq);
-                (0.5 * (exit_sq - speed_sq) / self.length_mm).max(0.0)
-            }
+            Grip::Bent(bent) => self.accel_between(speed_sq, bent.exit_from(speed_sq)),
         }
     }
 
@@ -402,11 +343,13 @@ impl Piece {
     pub fn braking_mm_s2(&self, speed_sq: f64) -> f64 {
         match &self.grip {
             Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
-            Grip::Bent { pulls, .. } => {
-                let entry_sq = most(pulls.iter().map(|pull| (pull.from, pull.to)), speed_sq);
-                (0.5 * (entry_sq - speed_sq) / self.length_mm).max(0.0)
-            }
+            Grip::Bent(bent) => self.accel_between(speed_sq, bent.entry_to(speed_sq)),
         }
+    }
+
+    /// The acceleration that makes one square of a speed of another along it; 0 if that is less.
+    fn accel_between(&self, from_sq: f64, to_sq: f64) -> f64 {
+        (0.5 * (to_sq - from_sq) / self.length_mm).max(0.0)
     }
 
     /// Whether it is a line that no bend holds.
@@ -418,8 +361,8 @@ impl Piece {
     pub fn accel_max_mm_s2(&self) -> f64 {
         match &self.grip {
             Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
-            Grip::Bent { accel_mm_s2, .. } => {
-                accel_mm_s2.max(0.5 * self.exit_sq_max(0.0) / self.length_mm)
+            Grip::Bent(bent) => {
+                bent.accel_mm_s2.max(self.accel_between(0.0, self.exit_sq_max(0.0, f64::INFINITY)))
             }
         }
     }
@@ -451,34 +394,25 @@ impl Piece {
     /// acceleration, unless it takes long, all of it may be as fast as its ends, and leaves room for a
     /// greater one.
     pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
-        let speed_max_mm_s = self.speed_sq_max().sqrt();
-        let between = |accel_mm_s2: f64| {
-            Ramp::between(self.length_mm, ends_mm_s, speed_max_mm_s, accel_mm_s2)
-        };
+        let speed_sq_max = self.speed_sq_max();
+        let between =
+            |accel_mm_s2: f64| Ramp::between(self.length_mm, ends_mm_s, speed_sq_max, accel_mm_s2);
         match &self.grip {
             Grip::Straight { accel_mm_s2 } if *accel_mm_s2 < f64::INFINITY => between(*accel_mm_s2),
             Grip::Straight { .. } => Ramp::steady(self.length_mm, ends_mm_s),
             // Only an estimate asks for a bent piece from rest to rest: none is ever run so.
             Grip::Bent { .. } if ends_mm_s == [0.0; 2] => between(self.accel_max_mm_s2()),
-            Grip::Bent { accel_mm_s2, .. } => {
+            Grip::Bent(bent) => {
                 let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
-                let has_room = 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs()
-                    && !self.is_brief(ends_mm_s);
-                if has_room && entry_sq.max(exit_sq) <= self.speed_sq_max() {
-                    between(*accel_mm_s2)
+                let has_room = lesser(entry_sq, exit_sq) < self.speed_sq_max()
+                    && 2.0 * bent.accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
+                let may_peak = greater(entry_sq, exit_sq) <= self.speed_sq_max();
+                if has_room && may_peak && !self.is_brief(ends_mm_s) {
+                    between(bent.accel_mm_s2)
                 } else {
                     Ramp::steady(self.length_mm, ends_mm_s)
                 }
             }
         }
     }
-}
-
-/// The greatest value whose product with the first factor, added to the given one's with the
-/// second, keeps all conditions. The set of pairs that keep them is convex and holds all equal
-/// pairs up to the piece's greatest speed, so below that the greatest value grows with the other.
-fn most(pulls: impl Iterator<Item = (f64, f64)>, given: f64) -> f64 {
-    let left = |(own, other): (f64, f64)| 1.0 + PULL_SLACK - own.signum() * other * given;
-    let bound = |pull: (f64, f64)| left(pull) / pull.0.abs();
-    pulls.map(bound).fold(f64::INFINITY, f64::min).max(0.0)
 }

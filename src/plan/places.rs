@@ -133,7 +133,7 @@ pub struct Places {
 /// A piece, and how the plan runs it.
 #[derive(Debug)]
 struct Run {
-    piece: Piece,
+    piece: Box<Piece>,
     ramp: Ramp,
 }
 
@@ -216,7 +216,7 @@ impl Places {
         }
     }
 
-    fn run(&mut self, piece: Piece, rests: bool, ramp: Ramp) {
+    fn run(&mut self, piece: Box<Piece>, rests: bool, ramp: Ramp) {
         self.catch_up(&piece, rests, &ramp);
         self.line = piece.segment.line;
         self.at_ticks += ramp.duration_s() / self.tick_s;

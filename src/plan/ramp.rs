@@ -14,6 +14,7 @@
 
 use smallvec::{SmallVec, smallvec};
 
+use super::extreme::{greater, lesser};
 use super::jerk::{State, Stretch};
 
 /// Distance along a piece over time: legs of constant jerk, of which that of a trapezoid is zero.
@@ -67,22 +68,24 @@ impl Leg {
 }
 
 impl Ramp {
-    /// From one speed to another over a length, as fast as a greatest speed and an acceleration
+    /// From one speed to another over a length, as fast as the square of a greatest speed and an acceleration
     /// allow: up, cruise, down. The ends have to be within reach of each other.
     pub fn between(
         length_mm: f64,
         [entry_mm_s, exit_mm_s]: [f64; 2],
-        speed_max_mm_s: f64,
+        speed_sq_max: f64,
         accel_mm_s2: f64,
     ) -> Ramp {
         let [entry_sq, exit_sq] = [entry_mm_s * entry_mm_s, exit_mm_s * exit_mm_s];
         // Up and down take all of the length at this peak: v² - v₀² + v² - v₁² = 2·a·l.
         let peak_sq = 0.5 * (entry_sq + exit_sq) + accel_mm_s2 * length_mm;
-        let peak_mm_s = peak_sq.sqrt().min(speed_max_mm_s).max(entry_mm_s).max(exit_mm_s);
-        let [up_s, down_s] = [entry_mm_s, exit_mm_s].map(|end| (peak_mm_s - end) / accel_mm_s2);
+        let peak_mm_s =
+            greater(greater(lesser(peak_sq, speed_sq_max).sqrt(), entry_mm_s), exit_mm_s);
+        let per_accel_s2_mm = 1.0 / accel_mm_s2;
+        let [up_s, down_s] = [entry_mm_s, exit_mm_s].map(|end| (peak_mm_s - end) * per_accel_s2_mm);
         let [up_mm, down_mm] =
             [0.5 * (entry_mm_s + peak_mm_s) * up_s, 0.5 * (peak_mm_s + exit_mm_s) * down_s];
-        let cruise_mm = (length_mm - up_mm - down_mm).max(0.0);
+        let cruise_mm = greater(length_mm - up_mm - down_mm, 0.0);
         let down_start_s = up_s + cruise_mm / peak_mm_s;
         Ramp {
             length_mm,
@@ -202,9 +205,9 @@ mod tests {
     #[test]
     fn least_times_of_the_reference_figures() {
         // 40 mm at 20 mm/s and 100 mm/s²: 2.2 s; four of them make the square's 8.800 s.
-        assert!((Ramp::between(40.0, [0.0; 2], 20.0, 100.0).duration_s() - 2.2).abs() < 1e-12);
+        assert!((Ramp::between(40.0, [0.0; 2], 400.0, 100.0).duration_s() - 2.2).abs() < 1e-12);
         // 1 mm never reaches 20 mm/s: a triangle of 2·sqrt(l/a).
-        assert!((Ramp::between(1.0, [0.0; 2], 20.0, 100.0).duration_s() - 0.2).abs() < 1e-12);
+        assert!((Ramp::between(1.0, [0.0; 2], 400.0, 100.0).duration_s() - 0.2).abs() < 1e-12);
         // From 10 to 20 mm/s takes 0.1 s and 1.5 mm.
         assert!((Ramp::steady(1.5, [10.0, 20.0]).duration_s() - 0.1).abs() < 1e-12);
     }
@@ -217,7 +220,7 @@ mod tests {
         ) {
             let reach_mm_s = (2.0 * accel_mm_s2 * length_mm).sqrt();
             let ends_mm_s = ends.map(|share| share * speed_mm_s.min(reach_mm_s));
-            let ramp = Ramp::between(length_mm, ends_mm_s, speed_mm_s, accel_mm_s2);
+            let ramp = Ramp::between(length_mm, ends_mm_s, speed_mm_s * speed_mm_s, accel_mm_s2);
             let step_s = ramp.duration_s() / 500.0;
             let at = |k: i32| ramp.distance_mm(f64::from(k) * step_s);
             let slack_mm = length_mm * 1e-9;

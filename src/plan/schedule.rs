@@ -4,12 +4,11 @@
 use crate::base::{Event, Machine, Point};
 use crate::path::PathItem;
 
-use super::corner::CornerGuard;
+use super::corner::{CornerGuard, Place};
 use super::decisions::Decisions;
 use super::limits::Limits;
-use super::lookahead::Decided;
-use super::piece::Piece;
-use super::{Bound, Feed, Moment, Planned, Profile, Ramp, Seams};
+use super::lookahead::Timed;
+use super::{Feed, Moment, Planned, Profile, Ramp, Seams};
 
 /// See [`super::plan`].
 #[derive(Debug)]
@@ -40,8 +39,8 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
     type Item = Result<Planned, E>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let decided = self.decisions.next()?;
-        Some(decided.map(|decided| self.schedule.take(decided)))
+        let timed = self.decisions.next_timed()?;
+        Some(timed.map(|timed| self.schedule.take(timed)))
     }
 }
 
@@ -50,6 +49,7 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
 struct Schedule {
     has_ramps: bool,
     tick_s: f64,
+    ticks_per_s: f64,
     /// Greatest acceleration in any direction.
     accel_max_mm_s2: f64,
     has_buffers: bool,
@@ -65,25 +65,25 @@ impl Schedule {
         Schedule {
             has_ramps: feed != Feed::Constant,
             tick_s: machine.bus.tick_s(),
+            ticks_per_s: 1.0 / machine.bus.tick_s(),
             accel_max_mm_s2: Limits::new(machine).accel_max_mm_s2,
             has_buffers: machine.bus.motion_ticks_max().is_some(),
             now: Moment::default(),
             buffer: 0,
             buffer_start: 0,
-            guard: CornerGuard::new(machine, start_mm),
+            guard: CornerGuard::new(machine, start_mm.xyz()),
         }
     }
 
-    fn take(&mut self, decided: Decided) -> Planned {
-        match decided {
-            Decided::Event(event) => self.event(event),
-            Decided::Seam(kind) => {
+    #[inline]
+    fn take(&mut self, timed: Timed) -> Planned {
+        match timed {
+            Timed::Event(event) => self.event(event),
+            Timed::Seam(kind) => {
                 self.start_buffer();
                 Planned::Seam(kind)
             }
-            Decided::Piece { piece, ends_mm_s, ramp, at_seam, .. } => {
-                self.piece(piece, ends_mm_s, ramp, at_seam)
-            }
+            Timed::Run { profile, from_rest } => self.run(profile, from_rest),
         }
     }
 
@@ -97,14 +97,12 @@ impl Schedule {
         Planned::Event(event)
     }
 
-    fn piece(&mut self, piece: Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Planned {
-        let bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
-        let [start, end] = self.moments_of(&ramp);
-        let Piece { segment, shares, .. } = piece;
-        let buffer = self.buffer;
-        let mut profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
+    /// Puts a profile that begins now on the time axis, or at the next boundary if it has to wait for that.
+    fn run(&mut self, mut profile: Box<Profile>, from_rest: bool) -> Planned {
+        [profile.start, profile.end] = self.moments_of(&profile.ramp);
+        profile.buffer = self.buffer;
         let has_to_wait = if self.has_ramps {
-            ends_mm_s[0] == 0.0 && !self.guard.allows_within(self.way_left_mm())
+            from_rest && !self.guard.allows_within(self.way_left_mm())
         } else {
             !self.guard.allows(&self.first_boundary_mm(&profile))
         };
@@ -118,7 +116,7 @@ impl Schedule {
 
     /// When a ramp starts and ends that starts now.
     fn moments_of(&self, ramp: &Ramp) -> [Moment; 2] {
-        [self.now, self.now.after(ramp.duration_s() / self.tick_s)]
+        [self.now, self.now.after(ramp.duration_s() * self.ticks_per_s)]
     }
 
     /// The way that can be made from rest in what is left of the tick.
@@ -129,24 +127,24 @@ impl Schedule {
 
     /// Where the chord of the tick under way ends: at the next boundary, or at the profile's end
     /// if that comes first.
-    fn first_boundary_mm(&self, profile: &Profile) -> Point {
+    fn first_boundary_mm(&self, profile: &Profile) -> Place {
         let boundary = profile.start.tick + 1;
         if profile.end.tick < boundary {
-            return profile.end_mm();
+            return profile.segment.xyz_at(profile.shares[1]);
         }
-        profile.position_at(boundary, self.tick_s)
+        profile.xyz_at(boundary, self.tick_s)
     }
 
     fn advance(&mut self, profile: &Profile) {
         self.now = profile.end;
+        let end_mm = profile.segment.xyz_at(profile.shares[1]);
+        if profile.end.share == 0.0 {
+            return self.guard.at_boundary(end_mm);
+        }
         if profile.end.tick > profile.start.tick {
-            self.guard.at_boundary(profile.position_at(profile.end.tick, self.tick_s));
+            self.guard.at_boundary(profile.xyz_at(profile.end.tick, self.tick_s));
         }
-        if profile.end.share > 0.0 {
-            self.guard.pass(profile.end_mm());
-        } else {
-            self.guard.at_boundary(profile.end_mm());
-        }
+        self.guard.pass(end_mm);
     }
 
     /// Lets the machine rest until the tick under way is over.

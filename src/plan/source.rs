@@ -16,24 +16,21 @@ use super::{Feed, Seams};
 /// Turns items of the path into items of the look-ahead.
 #[derive(Debug)]
 pub struct Cutter<'a> {
-    limits: Limits,
-    feed: Feed,
-    /// None while they are to be found: lines are cut where one may be.
-    seams: Option<&'a Seams>,
-    /// Seams passed.
-    next_seam: usize,
+    giver: Giver<'a>,
     /// Number of the next segment; those without length do not count.
     index: u64,
-    waiting: Option<Waiting>,
+    /// A segment of which it is not known what follows, and what is known of it: apart, since a segment
+    /// goes on into its piece.
+    waiting: Option<Arc<Segment>>,
+    known: Known,
     cutting: Option<Box<Cutting>>,
     /// What follows the segment that is being cut, where that is no other.
     stop: Option<Ahead>,
 }
 
-/// A segment of which it is not known what follows.
+/// A segment and its start.
 #[derive(Debug)]
-struct Waiting {
-    segment: Arc<Segment>,
+struct Known {
     /// Its number.
     index: u64,
     /// On a line its start has the same tangent.
@@ -55,7 +52,29 @@ struct Cutting {
     is_at_seam: bool,
 }
 
-impl Waiting {
+/// What a segment has come to.
+enum Begun {
+    /// One piece, which has been given.
+    Given {
+        /// A node buffer ends at its end.
+        is_at_seam: bool,
+    },
+    /// More than one.
+    Cutting(Box<Cutting>),
+}
+
+/// Gives pieces, with the seams behind them.
+#[derive(Debug)]
+struct Giver<'a> {
+    limits: Limits,
+    feed: Feed,
+    /// None while they are to be found: lines are cut where one may be.
+    seams: Option<&'a Seams>,
+    /// Seams passed.
+    next_seam: usize,
+}
+
+impl Known {
     /// The machine has come to rest at its start.
     fn rest(&mut self) {
         (self.junction, self.bend) = (Junction::REST, None);
@@ -65,8 +84,9 @@ impl Waiting {
 impl<'a> Cutter<'a> {
     /// From rest.
     pub fn new(limits: Limits, feed: Feed, seams: Option<&'a Seams>) -> Cutter<'a> {
-        let (waiting, cutting, stop) = (None, None, None);
-        Cutter { limits, feed, seams, next_seam: 0, index: 0, waiting, cutting, stop }
+        let known = Known { index: 0, end: End::NONE, junction: Junction::REST, bend: None };
+        let giver = Giver { limits, feed, seams, next_seam: 0 };
+        Cutter { giver, index: 0, waiting: None, known, cutting: None, stop: None }
     }
 
     /// Takes an item of the path, once all that was cut before has been given.
@@ -83,11 +103,14 @@ impl<'a> Cutter<'a> {
     /// No segment follows the one that waits. Tells whether there was one.
     pub fn finish(&mut self, ahead: &mut LookAhead) -> bool {
         let Some(last) = self.waiting.take() else { return false };
-        self.begin(&last, None, ahead);
+        if let Begun::Cutting(cutting) = self.giver.begin(last, &self.known, None, ahead) {
+            self.cutting = Some(cutting);
+        }
         true
     }
 
     /// Gives the next piece of what is being cut, or what follows it. Tells whether there was any.
+    #[inline]
     pub fn cut(&mut self, ahead: &mut LookAhead) -> bool {
         if self.cutting.is_some() {
             self.next_part(ahead);
@@ -102,68 +125,95 @@ impl<'a> Cutter<'a> {
         if length_mm <= 0.0 {
             return;
         }
-        let index = self.index;
+        let end = End::last(&segment, length_mm);
+        let curved = End::first_of_curve(&segment, &end);
+        let start = curved.as_ref().unwrap_or(&end);
+        let (known, index) = (&mut self.known, self.index);
         self.index += 1;
-        let [start, end] = End::both(&segment, length_mm);
-        let Some(before) = self.waiting.take() else {
-            let (junction, bend) = (Junction::REST, None);
-            self.waiting = Some(Waiting { segment, index, end, junction, bend });
+        let Some(before) = self.waiting.replace(segment) else {
+            *known = Known { index, end, junction: Junction::REST, bend: None };
             return;
         };
-        let (mut junction, mut bend) = Junction::between(&before.end, &start, &self.limits);
-        if self.feed != Feed::LookAhead {
+        let (mut junction, mut bend) = Junction::between(&known.end, start, &self.giver.limits);
+        if self.giver.feed != Feed::LookAhead {
             (junction, bend) = (junction.stopped(), None);
         }
-        self.waiting = Some(Waiting { segment, index, end, junction, bend });
-        self.begin(&before, bend, ahead);
-    }
-
-    /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
-    fn begin(&mut self, whole: &Waiting, bend_after: Option<Bend>, ahead: &mut LookAhead) {
-        let ramps = self.feed != Feed::Constant;
-        let (index, end) = (whole.index, &whole.end);
-        let (segment, limits, junction) = (&whole.segment, &self.limits, whole.junction);
-        let cuts = match (self.seams, &segment.curve) {
-            (Some(seams), Curve::Line) => {
-                let has_seam = seams.within(self.next_seam, index).is_some();
-                Cuts::of_line(segment, end, limits, ramps, junction, has_seam)
-            }
-            _ => Cuts::new(segment, end, limits, ramps, junction),
-        };
-        match cuts {
-            Cuts::One(piece) => {
-                let bends = [whole.bend.as_ref(), bend_after.as_ref()];
-                self.give(piece, index, &end.tangent, bends, ahead);
-            }
-            Cuts::Many(parts) => {
-                let bends = [whole.bend, bend_after];
-                let tangent = end.tangent;
-                let cutting = Cutting { index, tangent, bends, parts, is_at_seam: false };
-                self.cutting = Some(Box::new(cutting));
-            }
+        let begun = self.giver.begin(before, known, bend.as_ref(), ahead);
+        *known = Known { index, end, junction, bend };
+        match begun {
+            Begun::Given { is_at_seam: true } => known.rest(),
+            Begun::Given { is_at_seam: false } => {}
+            Begun::Cutting(cutting) => self.cutting = Some(cutting),
         }
     }
 
     fn next_part(&mut self, ahead: &mut LookAhead) {
         let Some(mut cutting) = self.cutting.take() else { return };
-        let seam = self.seams.and_then(|seams| seams.within(self.next_seam, cutting.index));
-        let Some(mut piece) = cutting.parts.next(&self.limits, seam) else { return };
+        let Some((mut piece, is_last)) = self.giver.next_of(&mut cutting) else { return };
         if cutting.is_at_seam {
             (piece.junction, cutting.bends[0]) = (Junction::REST, None);
         }
-        let is_last = piece.shares[1] == 1.0;
         let [bend_before, bend_after] = &cutting.bends;
         let bends = [bend_before.as_ref(), bend_after.as_ref().filter(|_| is_last)];
-        cutting.is_at_seam = self.give(piece, cutting.index, &cutting.tangent, bends, ahead);
+        cutting.is_at_seam = self.giver.give(piece, cutting.index, &cutting.tangent, bends, ahead);
+        if cutting.is_at_seam && is_last {
+            self.known.rest();
+        }
         cutting.bends[0] = None;
         self.cutting = Some(cutting);
+    }
+}
+
+impl Giver<'_> {
+    /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
+    fn begin(
+        &mut self,
+        segment: Arc<Segment>,
+        known: &Known,
+        bend_after: Option<&Bend>,
+        ahead: &mut LookAhead,
+    ) -> Begun {
+        let ramps = self.feed != Feed::Constant;
+        let &Known { index, ref end, junction, ref bend } = known;
+        let mut whole = ahead.piece(segment, end.length_mm);
+        whole.junction = junction;
+        let cuts = if matches!(whole.segment.curve, Curve::Line) {
+            whole.hold_whole(&end.tangent, &self.limits);
+            if !ramps {
+                whole.without_ramps();
+            }
+            let seam = self.seams.map(|seams| seams.within(self.next_seam, index));
+            Cuts::of_line(whole, &self.limits, seam.map(|seam| seam.is_some()))
+        } else {
+            Cuts::of_curve(whole, &self.limits, ramps)
+        };
+        match cuts {
+            Cuts::One(piece) => {
+                let bends = [bend.as_ref(), bend_after];
+                let is_at_seam = self.give(piece, index, &end.tangent, bends, ahead);
+                Begun::Given { is_at_seam }
+            }
+            Cuts::Many(parts) => {
+                let (tangent, bends) = (end.tangent, [*bend, bend_after.copied()]);
+                let cutting = Cutting { index, tangent, bends, parts, is_at_seam: false };
+                Begun::Cutting(Box::new(cutting))
+            }
+        }
+    }
+
+    /// The next piece of what is being cut, and whether it is the last.
+    fn next_of(&self, cutting: &mut Cutting) -> Option<(Box<Piece>, bool)> {
+        let seam = self.seams.and_then(|seams| seams.within(self.next_seam, cutting.index));
+        let piece = cutting.parts.next(&self.limits, seam)?;
+        let is_last = piece.shares[1] == 1.0;
+        Some((piece, is_last))
     }
 
     /// Gives a piece of the segment of this number with the bends at its ends, and the seam behind it.
     /// Tells whether there is one.
     fn give(
         &mut self,
-        mut piece: Piece,
+        mut piece: Box<Piece>,
         index: u64,
         tangent: &Point,
         [bend_before, bend_after]: [Option<&Bend>; 2],
@@ -179,9 +229,6 @@ impl<'a> Cutter<'a> {
         let Some(kind) = seam else { return false };
         self.next_seam += 1;
         ahead.push(Ahead::Seam(kind));
-        if let Some(next) = self.waiting.as_mut().filter(|_| end == 1.0) {
-            next.rest();
-        }
         true
     }
 }

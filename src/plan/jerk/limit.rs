@@ -48,6 +48,9 @@ impl JerkLimit {
     /// Along a line on which the axes move at these rates.
     pub fn straight(rates: &Point, limits: &Limits) -> JerkLimit {
         let mut limit = JerkLimit::NONE;
+        if !limits.has_jerk {
+            return limit;
+        }
         for profile in &limits.axes {
             let rate = rates[profile.axis].abs();
             if let Some(jerk_mm_s3) = profile.jerk_max_mm_s3.filter(|_| rate > 0.0) {
@@ -99,8 +102,10 @@ impl JerkLimit {
 
     /// Square of the speed at which turning takes its share of an axis's jerk, and the axis.
     pub fn speed_sq_max(&self) -> Option<(f64, Axis)> {
-        let speed_mm_s = libm::cbrt(TURN_SHARE / self.turn);
-        (self.turn > 0.0).then_some((speed_mm_s * speed_mm_s, self.turn_axis))
+        (self.turn > 0.0).then(|| {
+            let speed_mm_s = libm::cbrt(TURN_SHARE / self.turn);
+            (speed_mm_s * speed_mm_s, self.turn_axis)
+        })
     }
 
     /// The greatest acceleration at a speed that leaves the share for changes of it.

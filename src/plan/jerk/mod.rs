@@ -37,7 +37,7 @@ const RUNS_MIN: usize = 256;
 /// A piece with the speeds that constant accelerations give it.
 #[derive(Debug)]
 struct Run {
-    piece: Piece,
+    piece: Box<Piece>,
     ramp: Ramp,
     at_seam: bool,
 }
@@ -182,7 +182,6 @@ mod tests {
     use crate::base::{Axis, Machine, Plane, Point};
     use crate::path::{Arc, Curve, Segment};
     use crate::plan::cuts::Cuts;
-    use crate::plan::junction::{End, Junction};
     use crate::plan::limits::Limits;
 
     /// Pieces of circles of changing radius that join, and the greatest speeds on them.
@@ -206,21 +205,22 @@ mod tests {
             let curve = Curve::Arc(arc);
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
             let segment = std::sync::Arc::new(segment);
-            let [_, end] = End::both(&segment, segment.length_mm());
-            let cuts = Cuts::new(&segment, &end, limits, true, Junction::STRAIGHT);
+            let length_mm = segment.length_mm();
+            let whole = Piece::at_feed(segment, [0.0, 1.0], length_mm);
+            let cuts = Cuts::of_curve(Box::new(whole), limits, true);
             let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
             pieces.extend(std::iter::from_fn(|| parts.next(limits, None)));
         }
         let mut speeds_sq = vec![0.0; pieces.len() + 1];
         for i in (1..pieces.len()).rev() {
             let before = pieces[i - 1].ends_sq_max[1];
-            speeds_sq[i] = pieces[i].entry_sq_max(speeds_sq[i + 1]).min(before);
+            speeds_sq[i] = pieces[i].entry_sq_max(speeds_sq[i + 1], before);
         }
         for i in 1..pieces.len() {
-            speeds_sq[i] = pieces[i - 1].exit_sq_max(speeds_sq[i - 1]).min(speeds_sq[i]);
+            speeds_sq[i] = pieces[i - 1].exit_sq_max(speeds_sq[i - 1], speeds_sq[i]);
         }
         let ends = |i: usize| [speeds_sq[i].sqrt(), speeds_sq[i + 1].sqrt()];
-        let decide = |(i, piece): (usize, Piece)| {
+        let decide = |(i, piece): (usize, Box<Piece>)| {
             let (ends_mm_s, at_seam) = (ends(i), false);
             let ramp = piece.ramp(ends_mm_s);
             Decided::Piece { piece, ends_mm_s, ramp, at_seam }

@@ -1,0 +1,154 @@
+//! How the axes hold a piece: which changes of its speed they can follow.
+//!
+//! With x' and x'' the derivatives of an axis's position by the way, and u₀ and u₁ the squares of the speeds at
+//! a bent piece's ends, between which u changes evenly over the length L, the axis's acceleration at an end is
+//!
+//! ```text
+//! x''·u + x'·a = x''·u + x'·(u₁ - u₀) / 2L
+//! ```
+//!
+//! Each has to stay within the axis's limit: two linear conditions on (u₀, u₁) an axis.
+
+use smallvec::SmallVec;
+
+use crate::path::RatesRef;
+
+use super::extreme::{greater, lesser};
+use super::limits::Limits;
+use super::piece::INSIDE;
+
+/// Conditions that are judged together: those of three axes. Most machines have no more.
+const TOGETHER: usize = 6;
+
+/// Where one end uses all of a limit, what is left for the other must not hang on rounding.
+const PULL_SLACK: f64 = 1e-9;
+
+/// Which changes of speed the axes can follow.
+#[derive(Clone, Debug)]
+pub enum Grip {
+    /// Those of an acceleration along a line.
+    Straight {
+        /// The greatest one.
+        accel_mm_s2: f64,
+    },
+    /// Those that the conditions of a bent piece leave.
+    Bent(Bent),
+}
+
+/// The conditions of a bent piece.
+#[derive(Clone, Debug)]
+pub struct Bent {
+    pulls: SmallVec<[Pulls; 1]>,
+    /// Square of the greatest speed that they let both ends have.
+    even_sq: f64,
+    /// The acceleration that the bends leave.
+    pub accel_mm_s2: f64,
+}
+
+/// Conditions: each `from · u₀ + to · u₁` has to lie between -1 and 1. Those with zeros always do.
+#[derive(Clone, Copy, Debug)]
+struct Pulls {
+    from: [f64; TOGETHER],
+    to: [f64; TOGETHER],
+}
+
+impl Grip {
+    /// Any change at once.
+    pub const FREE: Grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+
+    /// Of a piece with these derivatives at its ends, where these squares of speeds go with the bends.
+    pub fn bent(
+        ends: [RatesRef<'_>; 2],
+        length_mm: f64,
+        fastest_sq: [f64; 2],
+        limits: &Limits,
+    ) -> Grip {
+        let mut all = SmallVec::new();
+        let (mut even, mut accel_mm_s2) = (0.0, f64::INFINITY);
+        let along_per_mm = 0.5 / length_mm;
+        for three in limits.axes.chunks(TOGETHER / 2) {
+            let mut pulls = Pulls::NONE;
+            for (i, limit) in three.iter().enumerate() {
+                let (axis, per_accel_s2_mm) = (limit.axis, INSIDE * limit.per_accel_s2_mm);
+                let [t0, t1] = ends.map(|rates| rates.tangent[axis] * per_accel_s2_mm);
+                let [b0, b1] = ends.map(|rates| rates.bend_per_mm[axis] * per_accel_s2_mm);
+                let [along0, along1] = [t0 * along_per_mm, t1 * along_per_mm];
+                (pulls.from[2 * i], pulls.to[2 * i]) = (b0 - along0, along0);
+                (pulls.from[2 * i + 1], pulls.to[2 * i + 1]) = (-along1, b1 + along1);
+                even = greater(even, greater(b0.abs(), b1.abs()));
+                let across = greater(b0.abs() * fastest_sq[0], b1.abs() * fastest_sq[1]);
+                let rate = greater(t0.abs(), t1.abs());
+                if rate > 0.0 {
+                    accel_mm_s2 = lesser(accel_mm_s2, (1.0 - across) / rate);
+                }
+            }
+            all.push(pulls);
+        }
+        Grip::Bent(Bent { pulls: all, even_sq: 1.0 / even, accel_mm_s2 })
+    }
+}
+
+impl Bent {
+    /// Whether the axes can follow these squares of the speeds at its ends.
+    pub fn allows(&self, [entry_sq, exit_sq]: [f64; 2]) -> bool {
+        let most = |pulls: &Pulls| pulls.greatest(entry_sq, exit_sq);
+        self.pulls.iter().map(most).fold(0.0, greater) <= 1.0 + PULL_SLACK
+    }
+
+    /// Square of the greatest speed at its start from which that at its end can be brought to or below one
+    /// whose square is given, where both ends may be as fast as the piece as a whole.
+    pub fn entry_sq(&self, exit_sq: f64, piece_sq: f64) -> f64 {
+        let even_sq = lesser(piece_sq, self.even_sq);
+        let entry_sq = self.entry_to(exit_sq);
+        // Above the speed that all of it may have there may be no entry to an exit.
+        if exit_sq <= even_sq || entry_sq >= even_sq && self.allows([entry_sq, exit_sq]) {
+            entry_sq
+        } else {
+            self.entry_to(even_sq)
+        }
+    }
+
+    /// Square of the greatest speed at its start to that at its end.
+    pub fn entry_to(&self, exit_sq: f64) -> f64 {
+        self.least(|pulls| most(&pulls.from, &pulls.to, exit_sq))
+    }
+
+    /// Square of the greatest speed at its end from that at its start.
+    pub fn exit_from(&self, entry_sq: f64) -> f64 {
+        self.least(|pulls| most(&pulls.to, &pulls.from, entry_sq))
+    }
+
+    #[inline]
+    fn least(&self, of: impl Fn(&Pulls) -> f64) -> f64 {
+        greater(self.pulls.iter().map(of).fold(f64::INFINITY, lesser), 0.0)
+    }
+}
+
+impl Pulls {
+    const NONE: Pulls = Pulls { from: [0.0; TOGETHER], to: [0.0; TOGETHER] };
+
+    /// How much of its axis's limit is used, in the condition where that is most.
+    #[inline]
+    fn greatest(&self, entry_sq: f64, exit_sq: f64) -> f64 {
+        let used = |i: usize| (self.from[i] * entry_sq + self.to[i] * exit_sq).abs();
+        of_six(std::array::from_fn(used), greater)
+    }
+}
+
+/// The greatest value whose product with the first factor, added to the given one's with the
+/// second, keeps all conditions. The set of pairs that keep them is convex and holds all equal
+/// pairs up to the piece's greatest speed, so below that the greatest value grows with the other.
+#[inline]
+fn most(own: &[f64; TOGETHER], other: &[f64; TOGETHER], given: f64) -> f64 {
+    let bound = |i: usize| {
+        let taken = 1_f64.copysign(own[i]) * other[i] * given;
+        (1.0 + PULL_SLACK - taken) / own[i].abs()
+    };
+    of_six(std::array::from_fn(bound), lesser)
+}
+
+/// The extreme of six numbers, in pairs.
+#[inline]
+fn of_six([a, b, c, d, e, f]: [f64; TOGETHER], extreme: fn(f64, f64) -> f64) -> f64 {
+    extreme(extreme(extreme(a, c), e), extreme(extreme(b, d), f))
+}
