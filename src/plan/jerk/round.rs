@@ -113,15 +113,24 @@ struct Leave {
     hit: Hit,
 }
 
+/// What is found once of a lane of the ceiling.
+#[derive(Clone, Copy, Debug)]
+struct Outlook {
+    /// The step of acceleration that is allowed at its ends.
+    step_mm_s2: f64,
+    /// Where the ceiling breaks next at or after its end.
+    break_mm: f64,
+    /// The greatest braking of the ceiling from there on.
+    braking_mm_s2: f64,
+}
+
 /// Rounds the peaks below a ceiling.
 #[derive(Debug)]
 pub struct Rounding<'a> {
     lanes: &'a [Lane],
     runs: &'a [Run],
-    /// For each lane, where the ceiling breaks next at or after its end.
-    breaks_mm: Vec<f64>,
-    /// For each lane, the greatest braking of the ceiling from there on.
-    ahead_mm_s2: Vec<f64>,
+    /// One for each lane.
+    outlooks: Vec<Outlook>,
     state: State,
     follows: bool,
     lane: usize,
@@ -132,26 +141,22 @@ impl<'a> Rounding<'a> {
     /// From a state at the start of the lanes, on the ceiling or below it; or above it, where there is
     /// a motion from there on that was found below another ceiling: it is kept as far as it is above.
     pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State, held: Vec<Part>) -> Rounding<'a> {
-        let mut breaks_mm = vec![f64::INFINITY; lanes.len()];
-        let own_mm_s2 = |lane: &Lane| (-lane.stretch.from.accel_mm_s2).max(0.0);
-        let mut ahead_mm_s2: Vec<f64> = lanes.iter().map(own_mm_s2).collect();
-        for i in (1..lanes.len()).rev() {
-            let (before, after) = (&lanes[i - 1], &lanes[i]);
-            let drop_mm_s2 = before.stretch.end().accel_mm_s2 - after.stretch.from.accel_mm_s2;
-            let breaks = drop_mm_s2 > after.step_mm_s2(&runs[after.run].piece);
-            breaks_mm[i - 1] = if breaks { before.end_mm } else { breaks_mm[i] };
-            ahead_mm_s2[i - 1] = ahead_mm_s2[i - 1].max(ahead_mm_s2[i]);
-        }
-        let mut rounding = Rounding {
-            lanes,
-            runs,
-            breaks_mm,
-            ahead_mm_s2,
-            state,
-            follows: false,
-            lane: 0,
-            parts: Vec::new(),
+        let own = |lane: &Lane| Outlook {
+            step_mm_s2: lane.step_mm_s2(&runs[lane.run].piece),
+            break_mm: f64::INFINITY,
+            braking_mm_s2: (-lane.stretch.from.accel_mm_s2).max(0.0),
         };
+        let mut outlooks: Vec<Outlook> = lanes.iter().map(own).collect();
+        for i in (1..lanes.len()).rev() {
+            let (before, next_mm_s2) = (&lanes[i - 1], lanes[i].stretch.from.accel_mm_s2);
+            let next = outlooks[i];
+            let breaks = before.stretch.end().accel_mm_s2 - next_mm_s2 > next.step_mm_s2;
+            let outlook = &mut outlooks[i - 1];
+            outlook.break_mm = if breaks { before.end_mm } else { next.break_mm };
+            outlook.braking_mm_s2 = outlook.braking_mm_s2.max(next.braking_mm_s2);
+        }
+        let mut rounding =
+            Rounding { lanes, runs, outlooks, state, follows: false, lane: 0, parts: Vec::new() };
         rounding.begin(held);
         rounding
     }
@@ -207,21 +212,21 @@ impl<'a> Rounding<'a> {
 
     fn offer(&self, lane: &Lane) -> Offer {
         let rest = lane.stretch.since(self.state.at_mm);
-        let piece = &self.runs[lane.run].piece;
-        let step_mm_s2 = lane.step_mm_s2(piece);
+        let step_mm_s2 = self.outlooks[self.lane].step_mm_s2;
         if self.follows && rest.from.accel_mm_s2 <= self.state.accel_mm_s2 + step_mm_s2 {
             let mut end = State { at_mm: lane.end_mm, ..rest.end() };
             if let Some(next) = self.lanes.get(self.lane + 1) {
                 let drop_mm_s2 = end.accel_mm_s2 - next.stretch.from.accel_mm_s2;
-                if drop_mm_s2 > 0.0 && drop_mm_s2 <= next.step_mm_s2(&self.runs[next.run].piece) {
+                if drop_mm_s2 > 0.0 && drop_mm_s2 <= self.outlooks[self.lane + 1].step_mm_s2 {
                     end.accel_mm_s2 = next.stretch.from.accel_mm_s2;
                 }
             }
             let none = Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 };
             return Offer { stretches: [rest, none], end, follows: true, ends_lane: true };
         }
-        let accel_max_mm_s2 = self.runs[lane.run].speeding_up_mm_s2(self.state.speed_mm_s);
-        let climb = lane.climb(self.state, accel_max_mm_s2, &piece.jerk);
+        let run = &self.runs[lane.run];
+        let accel_max_mm_s2 = run.speeding_up_mm_s2(self.state.speed_mm_s);
+        let climb = lane.climb(self.state, accel_max_mm_s2, &run.piece.jerk);
         Offer {
             stretches: climb.stretches,
             end: climb.end(lane),
@@ -246,9 +251,9 @@ impl<'a> Rounding<'a> {
         let piece = &self.runs[self.lanes[lane].run].piece;
         let State { at_mm, speed_mm_s, accel_mm_s2 } = *state;
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
-        let turn_s = 2.0 * (accel_mm_s2.abs() + self.ahead_mm_s2[lane]) / jerk_mm_s3;
+        let turn_s = 2.0 * (accel_mm_s2.abs() + self.outlooks[lane].braking_mm_s2) / jerk_mm_s3;
         let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
-        at_mm + reach_mm < self.breaks_mm[lane]
+        at_mm + reach_mm < self.outlooks[lane].break_mm
     }
 
     fn accept(&mut self, offer: &Offer) {
@@ -442,7 +447,7 @@ impl<'a> Rounding<'a> {
     fn growing(&self, number: usize, from: &State, end_mm: f64) -> (Stretch, State) {
         let lane = &self.lanes[number];
         let down_mm_s2 = self.runs[lane.run].braking_mm_s2(from.speed_mm_s);
-        let down_mm_s2 = down_mm_s2.max(self.ahead_mm_s2[number]);
+        let down_mm_s2 = down_mm_s2.max(self.outlooks[number].braking_mm_s2);
         let from = State { accel_mm_s2: from.accel_mm_s2.max(-down_mm_s2), ..*from };
         let jerk_mm_s3 = self.jerk_mm_s3(lane, &from);
         let brakes_s = (from.accel_mm_s2 + down_mm_s2) / jerk_mm_s3;
@@ -460,14 +465,15 @@ impl<'a> Rounding<'a> {
     }
 
     /// Whether a piece that begins with a lane allows less acceleration than a state has.
-    fn is_too_much(&self, lane: &Lane, state: &State) -> bool {
+    fn is_too_much(&self, number: usize, state: &State) -> bool {
+        let lane = &self.lanes[number];
         if state.accel_mm_s2 <= lane.stretch.from.accel_mm_s2.max(0.0) {
             return false;
         }
         let run = &self.runs[lane.run];
         let up_mm_s2 = run.speeding_up_mm_s2(state.speed_mm_s);
         let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
-        state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + lane.step_mm_s2(&run.piece)
+        state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + self.outlooks[number].step_mm_s2
     }
 
     fn jerk_mm_s3(&self, lane: &Lane, state: &State) -> f64 {
@@ -487,7 +493,7 @@ impl<'a> Rounding<'a> {
             if falls && !lane.is_over(&state) && self.is_before_break(&state, number) {
                 return nearest;
             }
-            if entered && self.is_too_much(lane, &state) {
+            if entered && self.is_too_much(number, &state) {
                 let hit = Hit { at_mm: state.at_mm, ceiling: None };
                 return Reach { excess: f64::INFINITY, place: Some(hit) };
             }
@@ -500,7 +506,7 @@ impl<'a> Rounding<'a> {
                 nearest = reach;
             }
             // Once its braking is the greatest it comes no nearer.
-            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[number] {
+            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.outlooks[number].braking_mm_s2 {
                 return nearest;
             }
             state = end;
