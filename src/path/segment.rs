@@ -11,7 +11,6 @@
 use std::sync::Arc as Shared;
 
 use super::MeasuredSpline;
-use crate::base::axis::AXES;
 use crate::base::{Axis, AxisMap, Event, Plane, Point};
 use crate::interp::Corner;
 
@@ -107,7 +106,7 @@ impl Segment {
         if share >= 1.0 {
             return self.to_mm;
         }
-        let mut point = self.line_at(share);
+        let mut point = AxisMap(std::array::from_fn(|i| self.line_at(i, share)));
         if let Curve::Arc(arc) = &self.curve {
             let [first, second] = arc.plane.axes();
             [point[first], point[second]] = arc.point_at(share);
@@ -131,19 +130,18 @@ impl Segment {
         }
     }
 
-    /// Position after a share of the straight way between the ends: of the axes in which it is straight.
-    pub fn line_at(&self, share: f64) -> Point {
+    /// Position of an axis, by its number, after a share of the straight way between the ends: of one in
+    /// which it is straight.
+    #[inline]
+    pub fn line_at(&self, axis: usize, share: f64) -> f64 {
+        let [from, to] = [self.from_mm.0[axis], self.to_mm.0[axis]];
         if share <= 0.0 {
-            return self.from_mm;
+            from
+        } else if share >= 1.0 {
+            to
+        } else {
+            from + (to - from) * share
         }
-        if share >= 1.0 {
-            return self.to_mm;
-        }
-        let mut point = AxisMap([0.0; AXES]);
-        for i in 0..AXES {
-            point.0[i] = self.from_mm.0[i] + (self.to_mm.0[i] - self.from_mm.0[i]) * share;
-        }
-        point
     }
 
     /// How fast each axis moves at most while the path advances at one mm/s: max |dx/ds|.

@@ -34,8 +34,9 @@ impl Moment {
     }
 
     /// Ticks from this moment to a boundary.
+    #[inline]
     pub fn ticks_until(self, boundary: u64) -> f64 {
-        boundary as f64 - self.tick as f64 - self.share
+        boundary.wrapping_sub(self.tick) as i64 as f64 - self.share
     }
 
     /// Ticks from this moment to a later one.

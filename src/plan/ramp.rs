@@ -46,9 +46,13 @@ impl Start {
 }
 
 /// A part of a ramp with one jerk.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Leg {
-    start: Start,
+    start_s: f64,
+    start_mm: f64,
+    speed_mm_s: f64,
+    half_accel_mm_s2: f64,
+    sixth_jerk_mm_s3: f64,
     /// When it ends, counted from the start of the ramp.
     pub end_s: f64,
 }
@@ -57,10 +61,9 @@ impl Leg {
     /// How far along the ramp at a time after the ramp's start that lies in the leg.
     #[inline]
     pub fn distance_mm(&self, time_s: f64) -> f64 {
-        let leg = &self.start;
-        let since_s = (time_s - leg.start_s).max(0.0);
-        let gain_mm_s = (0.5 * leg.accel_mm_s2 + leg.jerk_mm_s3 / 6.0 * since_s) * since_s;
-        leg.start_mm + (leg.speed_mm_s + gain_mm_s) * since_s
+        let since_s = (time_s - self.start_s).max(0.0);
+        let gain_mm_s = (self.half_accel_mm_s2 + self.sixth_jerk_mm_s3 * since_s) * since_s;
+        self.start_mm + (self.speed_mm_s + gain_mm_s) * since_s
     }
 }
 
@@ -169,14 +172,19 @@ impl Ramp {
     /// The leg under way at a time after the start.
     pub fn leg_at(&self, time_s: f64) -> Leg {
         let legs = self.legs.as_slice();
-        let next = match legs {
-            [_, second, ..] if time_s < second.start_s => 1,
-            [_, _, third] if time_s < third.start_s => 2,
-            many if many.len() <= 3 => many.len(),
-            many => many.partition_point(|leg| leg.start_s <= time_s).max(1),
-        };
+        // Few enough that the next is found soonest one by one.
+        let is_later = |leg: &Start| leg.start_s > time_s;
+        let next = 1 + legs[1..].iter().position(is_later).unwrap_or(legs.len() - 1);
         let end_s = legs.get(next).map_or(self.duration_s, |next| next.start_s);
-        Leg { start: legs[next - 1], end_s }
+        let start = &legs[next - 1];
+        Leg {
+            start_s: start.start_s,
+            start_mm: start.start_mm,
+            speed_mm_s: start.speed_mm_s,
+            half_accel_mm_s2: 0.5 * start.accel_mm_s2,
+            sixth_jerk_mm_s3: start.jerk_mm_s3 / 6.0,
+            end_s,
+        }
     }
 
     /// How far along the piece at a time after its start.

@@ -21,12 +21,9 @@ pub use times::{BlockTime, Phases, Times};
 use std::iter::Fuse;
 
 use crate::base::axis::AXES;
-use crate::base::{Axis, AxisMap, Command, Machine, Point, Tick};
+use crate::base::{AxisMap, Command, Event, Machine, Point, Tick};
 use crate::plan::{Moment, Planned};
-use course::Course;
-
-/// How many axes X, Y and Z are: the first three.
-const XYZ: usize = Axis::LINEAR.len();
+use course::{Course, FIRST};
 
 /// Interpolates a plan into ticks and events; errors of the source pass through.
 pub fn interpolate<E, I>(plan: I, machine: &Machine, start_mm: Point) -> Interpolator<Fuse<I>>
@@ -35,14 +32,9 @@ where
 {
     Interpolator {
         plan: plan.fuse(),
-        tick_s: machine.bus.tick_s(),
-        steps_per_mm: AxisMap::from_fn(|axis| {
-            machine.axis(axis).map_or(0.0, |profile| profile.steps_per_mm)
-        }),
-        has_xyz_only: machine.axes.iter().all(|profile| (profile.axis as usize) < XYZ),
-        steps: machine.nearest_steps(&start_mm),
+        steps: AxisMap(machine.nearest_steps(&start_mm).0.map(|steps| steps as i32)),
         done: 0,
-        course: None,
+        course: Course::new(machine),
         waiting: None,
     }
 }
@@ -51,18 +43,12 @@ where
 #[derive(Debug)]
 pub struct Interpolator<I> {
     plan: I,
-    tick_s: f64,
-    /// Steps a mm; 0 on axes that the machine lacks.
-    steps_per_mm: AxisMap<f64>,
-    /// The machine has no axes but X, Y and Z. Else all nine are computed in every tick: a number that is
-    /// known beforehand takes no branch, and with three a tick takes two thirds of the instructions.
-    has_xyz_only: bool,
-    /// Rounded position at the last boundary.
-    steps: AxisMap<i64>,
+    /// Rounded position at the last boundary, modulo 2^32: a count is a difference.
+    steps: AxisMap<i32>,
     /// Ticks given out.
     done: u64,
     /// The profile under way; it may have ended within the tick that comes next.
-    course: Option<Course>,
+    course: Course,
     /// What the plan brought before the tick under way was over.
     waiting: Option<Planned>,
 }
@@ -72,105 +58,133 @@ impl<E, I: Iterator<Item = Result<Planned, E>>> Iterator for Interpolator<I> {
 
     #[inline]
     fn next(&mut self) -> Option<Self::Item> {
-        let boundary = self.done + 1;
-        if let Some(course) = &self.course
-            && course.holds(boundary)
-        {
-            let (tick_s, steps_per_mm) = (self.tick_s, &self.steps_per_mm);
-            let tick = if self.has_xyz_only {
-                let steps = course.steps_at::<XYZ>(boundary, tick_s, steps_per_mm);
-                self.tick_to(steps)
-            } else {
-                let steps = course.steps_at::<AXES>(boundary, tick_s, steps_per_mm);
-                self.tick_to(steps)
+        loop {
+            if let Some(tick) = self.tick() {
+                return Some(Ok(Command::Tick(tick)));
+            }
+            return match self.next_leg() {
+                Behind::Leg => continue,
+                Behind::Tick(tick) => Some(Ok(Command::Tick(tick))),
+                Behind::Event(event) => Some(Ok(Command::Event(event))),
+                Behind::Error(error) => Some(Err(error)),
+                Behind::End => None,
             };
-            return Some(Ok(Command::Tick(tick)));
         }
-        self.next_leg()
     }
 }
 
+/// What comes behind the last tick of a leg. A type of its own, so that the caller of [`Iterator::next`]
+/// has the usual tick in registers: were a place in memory shared with this, each tick would take half as
+/// long again.
+enum Behind<E> {
+    /// The next boundary lies in a leg.
+    Leg,
+    /// A tick in which the machine comes to rest.
+    Tick(Tick),
+    Event(Event),
+    Error(E),
+    /// Nothing.
+    End,
+}
+
 impl<E, I: Iterator<Item = Result<Planned, E>>> Interpolator<I> {
-    /// The first boundary of the next leg, or what lies between it and the last one.
+    /// Goes on to the leg that the next boundary lies in, or to what lies before it.
     #[inline(never)]
-    fn next_leg(&mut self) -> Option<Result<Command, E>> {
+    fn next_leg(&mut self) -> Behind<E> {
         loop {
             let boundary = self.done + 1;
-            if let Some(course) = &mut self.course {
-                if course.go_on(boundary, self.tick_s) {
-                    return self.next();
-                }
-                if boundary == course.profile().end.tick {
-                    let steps = course.end_steps(&self.steps_per_mm);
-                    return Some(Ok(Command::Tick(self.tick_to(steps))));
-                }
+            if self.course.go_on(boundary) {
+                return Behind::Leg;
+            }
+            if self.course.profile().is_some_and(|profile| profile.end.tick == boundary) {
+                return self.end_tick().map_or(Behind::End, Behind::Tick);
             }
             let next = match self.waiting.take() {
                 Some(next) => Some(next),
                 None => match self.plan.next() {
                     Some(Ok(next)) => Some(next),
-                    Some(Err(error)) => return Some(Err(error)),
+                    Some(Err(error)) => return Behind::Error(error),
                     None => None,
                 },
             };
             if self.rests_before(next.as_ref()) {
                 self.waiting = next;
-                return self.last_tick().map(|tick| Ok(Command::Tick(tick)));
+                let tick = self.end_tick();
+                self.course.leave();
+                return tick.map_or(Behind::End, Behind::Tick);
             }
-            match next? {
-                Planned::Event(event) => return Some(Ok(Command::Event(event))),
-                Planned::Seam(_) => {}
-                Planned::Profile(profile) => {
-                    self.course = Some(Course::new(profile, &self.steps_per_mm))
-                }
+            match next {
+                None => return Behind::End,
+                Some(Planned::Event(event)) => return Behind::Event(event),
+                Some(Planned::Seam(_)) => {}
+                Some(Planned::Profile(profile)) => self.course.begin(profile),
             }
         }
     }
 }
 
 impl<I> Interpolator<I> {
+    /// The tick to the next boundary, if that lies in the leg under way.
+    #[inline]
+    fn tick(&mut self) -> Option<Tick> {
+        let boundary = self.done + 1;
+        if !self.course.holds(boundary) {
+            return None;
+        }
+        let mut counts = AxisMap::default();
+        if self.course.has_first_only() {
+            count::<FIRST>(self.course.steps_at(boundary), &mut self.steps, &mut counts);
+        } else {
+            count::<AXES>(self.course.steps_at(boundary), &mut self.steps, &mut counts);
+        }
+        Some(self.give(counts))
+    }
+
+    /// The tick in which the last profile ends, or ended: at rest there until its boundary.
+    fn end_tick(&mut self) -> Option<Tick> {
+        let mut counts = AxisMap::default();
+        count(self.course.end_steps()?, &mut self.steps, &mut counts);
+        Some(self.give(counts))
+    }
+
+    /// The next tick, of the profile under way.
+    #[inline]
+    fn give(&mut self, counts: AxisMap<i32>) -> Tick {
+        self.done += 1;
+        let (buffer, line) = self.course.place();
+        Tick { buffer, line, counts }
+    }
+
     /// Whether the tick in which the last profile ended is over before what comes next begins.
     fn rests_before(&self, next: Option<&Planned>) -> bool {
-        let unfinished =
-            self.course.as_ref().is_some_and(|course| course.profile().end.share > 0.0);
+        let unfinished = self.course.profile().is_some_and(|profile| profile.end.share > 0.0);
         unfinished
             && match next {
                 Some(Planned::Profile(next)) => next.start >= Moment::at(self.done + 1),
                 Some(Planned::Event(_) | Planned::Seam(_)) | None => true,
             }
     }
+}
 
-    /// The tick in which the last profile ended, at rest there until its boundary.
-    fn last_tick(&mut self) -> Option<Tick> {
-        let steps = self.course.as_ref()?.end_steps(&self.steps_per_mm);
-        let tick = self.tick_to(steps);
-        self.course = None;
-        Some(tick)
-    }
-
-    /// The steps from the last boundary to a position, given in steps not yet rounded.
-    #[inline]
-    fn tick_to<const N: usize>(&mut self, exact_steps: [f64; N]) -> Tick {
-        let mut counts = AxisMap::default();
-        for (i, exact) in exact_steps.into_iter().enumerate() {
-            let steps = round(exact);
-            counts.0[i] = (steps - self.steps.0[i]) as i32;
-            self.steps.0[i] = steps;
-        }
-        self.done += 1;
-        let (buffer, line) = self.course.as_ref().map_or((0, 0), |course| {
-            let profile = course.profile();
-            (profile.buffer, profile.segment.line)
-        });
-        Tick { buffer, line, counts }
+/// The steps from the last boundary to a position, given in steps not yet rounded.
+#[inline]
+fn count<const N: usize>(
+    exact_steps: [f64; N],
+    steps: &mut AxisMap<i32>,
+    counts: &mut AxisMap<i32>,
+) {
+    for (i, rounded) in exact_steps.map(round).iter().enumerate() {
+        counts.0[i] = rounded.wrapping_sub(steps.0[i]);
+        steps.0[i] = *rounded;
     }
 }
 
-/// Nearest whole number, halves to even, of a magnitude below 2^51. As `round_ties_even`, which
+/// Nearest whole number modulo 2^32, halves to even, of a magnitude below 2^51. As `round_ties_even`, which
 /// is a call on processors without SSE 4.1: a sum with 1.5 · 2^52 has no room for a fraction.
-fn round(value: f64) -> i64 {
+#[inline]
+fn round(value: f64) -> i32 {
     const NO_FRACTION: f64 = 6_755_399_441_055_744.0;
-    (value + NO_FRACTION).to_bits().wrapping_sub(NO_FRACTION.to_bits()) as i64
+    (value + NO_FRACTION).to_bits() as i32
 }
 
 #[cfg(test)]
@@ -182,8 +196,8 @@ mod tests {
         #[test]
         fn rounding_is_that_of_the_library(value in -1e12..1e12_f64, half in -1_000_000..1_000_000) {
             let half = f64::from(half) * 0.5;
-            prop_assert_eq!(round(value), value.round_ties_even() as i64);
-            prop_assert_eq!(round(half), half.round_ties_even() as i64);
+            prop_assert_eq!(round(value), value.round_ties_even() as i64 as i32);
+            prop_assert_eq!(round(half), half.round_ties_even() as i64 as i32);
         }
     }
 }

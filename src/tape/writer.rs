@@ -1,5 +1,5 @@
-//! Command → CSV. The hot end of interpolation: a table gives the text of small counts, the tick
-//! number counts in decimal, buffer and line are printed only when they change.
+//! Command → CSV. The hot end of interpolation: a table gives the text of small counts, and what
+//! comes before them is printed only when buffer or line change: else the tick number counts on in its digits.
 
 use std::io::{self, Write};
 
@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use super::header::hex;
 use super::{Encoding, Header};
 use crate::base::axis::AXES;
-use crate::base::{AxisMap, Command, Tick};
+use crate::base::{Axis, AxisMap, Command, Tick};
 
 /// Bytes gathered before they are hashed and handed on.
 const BUFFER_BYTES: usize = 1 << 17;
@@ -25,12 +25,11 @@ pub struct Writer<W: Write> {
     buffer: Vec<u8>,
     used: usize,
     header: Header,
-    columns: Vec<usize>,
+    columns: Vec<Axis>,
     /// All ones on axes without a column, so that motion there is found by one `and`.
     absent: [i32; AXES],
     ticks: u64,
-    tick_text: Decimal,
-    place: Place,
+    head: Head,
     position_steps: AxisMap<i64>,
     events: String,
     event_line: u32,
@@ -48,9 +47,8 @@ impl<W: Write> Writer<W> {
         if header.options.iter().any(option) {
             return Err(invalid(format!("options {:?} cannot be written", header.options)));
         }
-        let columns: Vec<usize> =
-            header.steps_per_mm.iter().map(|(axis, _)| *axis as usize).collect();
-        let absent = std::array::from_fn(|at| if columns.contains(&at) { 0 } else { -1 });
+        let columns: Vec<Axis> = header.steps_per_mm.iter().map(|(axis, _)| *axis).collect();
+        let absent = Axis::ALL.map(|axis| if columns.contains(&axis) { 0 } else { -1 });
         let names = header.columns() + "\n";
         out.write_all(header.to_string().as_bytes())?;
         out.write_all(names.as_bytes())?;
@@ -63,8 +61,7 @@ impl<W: Write> Writer<W> {
             columns,
             absent,
             ticks: 0,
-            tick_text: Decimal::ZERO,
-            place: Place::new(0, 0),
+            head: Head::new(0, 0, 0),
             position_steps: header.start_steps,
             events: String::new(),
             event_line: 0,
@@ -93,7 +90,7 @@ impl<W: Write> Writer<W> {
     /// When `out` fails.
     pub fn finish(mut self) -> io::Result<W> {
         if !self.events.is_empty() {
-            let (buffer, line) = (self.place.buffer, self.event_line);
+            let (buffer, line) = (self.head.buffer, self.event_line);
             self.row(&Tick { buffer, line, counts: AxisMap::default() })?;
         }
         self.hand_on()?;
@@ -115,10 +112,10 @@ impl<W: Write> Writer<W> {
         }
         self.row(tick)?;
         self.ticks += 1;
-        self.tick_text.increment();
-        for column in &self.columns {
-            let position = &mut self.position_steps.0[*column];
-            *position = position.saturating_add(i64::from(tick.counts.0[*column]));
+        self.head.count_on(self.ticks);
+        for axis in &self.columns {
+            let position = &mut self.position_steps[*axis];
+            *position = position.saturating_add(i64::from(tick.counts[*axis]));
         }
         Ok(())
     }
@@ -127,19 +124,21 @@ impl<W: Write> Writer<W> {
         if self.used + ROW_BYTES > self.buffer.len() {
             self.hand_on()?;
         }
-        if (self.place.buffer, self.place.line) != (tick.buffer, tick.line) {
-            self.place = Place::new(tick.buffer, tick.line);
+        if (self.head.buffer, self.head.line) != (tick.buffer, tick.line) {
+            self.head.go_to(tick.buffer, tick.line);
         }
+        let bytes;
+        let values = match self.header.encoding {
+            Encoding::Counts => &tick.counts,
+            Encoding::Bytes => {
+                bytes = bus_bytes(&tick.counts)?;
+                &bytes
+            }
+        };
         let row = &mut self.buffer[self.used..][..ROW_BYTES];
-        let mut at = self.tick_text.write(row);
-        at += self.place.write(&mut row[at..]);
-        for column in &self.columns {
-            let count = tick.counts.0[*column];
-            let value = match self.header.encoding {
-                Encoding::Counts => count,
-                Encoding::Bytes => bus_byte(count)?,
-            };
-            at += cell(value, &mut row[at..]);
+        let mut at = self.head.write(row);
+        for axis in &self.columns {
+            at += cell(values[*axis], &mut row[at..]);
         }
         row[at] = b',';
         self.used += at + 1;
@@ -166,6 +165,15 @@ impl<W: Write> Writer<W> {
 
 fn invalid(reason: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, reason)
+}
+
+/// The bytes that go on the bus for counts.
+fn bus_bytes(counts: &AxisMap<i32>) -> io::Result<AxisMap<i32>> {
+    let mut bytes = AxisMap::default();
+    for axis in Axis::ALL {
+        bytes[axis] = bus_byte(counts[axis])?;
+    }
+    Ok(bytes)
 }
 
 /// The byte that goes on the bus for a count. Zero is 0, never -0.
@@ -215,8 +223,9 @@ const fn cells() -> [[u8; 8]; 2 * CELLS_HALF as usize] {
 
 /// Writes a comma and a number; gives the length.
 fn cell(value: i32, out: &mut [u8]) -> usize {
-    if let Some(cell) = CELLS.get(value.wrapping_add(CELLS_HALF) as u32 as usize) {
-        out[..8].copy_from_slice(cell);
+    let known = CELLS.get(value.wrapping_add(CELLS_HALF) as u32 as usize);
+    if let Some((cell, out)) = known.zip(out.first_chunk_mut()) {
+        *out = *cell;
         return usize::from(cell[7]);
     }
     let mut digits = itoa::Buffer::new();
@@ -226,59 +235,56 @@ fn cell(value: i32, out: &mut [u8]) -> usize {
     1 + text.len()
 }
 
-/// A number that counts up in decimal digits.
+/// More than `tick,buffer,line` takes: three numbers of at most 20, 10 and 10 digits.
+const HEAD_BYTES: usize = 48;
+
+/// `tick,buffer,line` as text. While buffer and line stay, the tick counts up in its digits.
 #[derive(Debug)]
-struct Decimal {
-    digits: [u8; 20],
-    first: usize,
-}
-
-impl Decimal {
-    const ZERO: Decimal = Decimal { digits: [b'0'; 20], first: 19 };
-
-    fn increment(&mut self) {
-        let mut at = self.digits.len() - 1;
-        while self.digits[at] == b'9' {
-            self.digits[at] = b'0';
-            at -= 1;
-        }
-        self.digits[at] += 1;
-        self.first = self.first.min(at);
-    }
-
-    fn write(&self, out: &mut [u8]) -> usize {
-        let text = &self.digits[self.first..];
-        out[..text.len()].copy_from_slice(text);
-        text.len()
-    }
-}
-
-/// `,buffer,line` as text, kept while they stay the same.
-#[derive(Debug)]
-struct Place {
+struct Head {
     buffer: u32,
     line: u32,
-    text: [u8; 24],
+    text: [u8; HEAD_BYTES],
+    tick_digits: usize,
     length: usize,
 }
 
-impl Place {
-    fn new(buffer: u32, line: u32) -> Place {
-        let mut text = [0; 24];
-        let mut length = 0;
-        for value in [buffer, line] {
-            let mut digits = itoa::Buffer::new();
-            let digits = digits.format(value).as_bytes();
-            text[length] = b',';
-            text[length + 1..][..digits.len()].copy_from_slice(digits);
-            length += 1 + digits.len();
-        }
-        Place { buffer, line, text, length }
+impl Head {
+    fn new(tick: u64, buffer: u32, line: u32) -> Head {
+        let mut head = Head { buffer, line, text: [0; HEAD_BYTES], tick_digits: 0, length: 0 };
+        head.append(itoa::Buffer::new().format(tick));
+        head.tick_digits = head.length;
+        head.go_to(buffer, line);
+        head
     }
 
-    /// All 24 bytes are copied, which is faster than their exact number.
+    fn go_to(&mut self, buffer: u32, line: u32) {
+        (self.buffer, self.line, self.length) = (buffer, line, self.tick_digits);
+        for value in [buffer, line] {
+            self.append(",");
+            self.append(itoa::Buffer::new().format(value));
+        }
+    }
+
+    fn append(&mut self, text: &str) {
+        self.text[self.length..][..text.len()].copy_from_slice(text.as_bytes());
+        self.length += text.len();
+    }
+
+    /// The next tick; its number is given for the case that it has one digit more.
+    fn count_on(&mut self, tick: u64) {
+        for digit in self.text[..self.tick_digits].iter_mut().rev() {
+            if *digit != b'9' {
+                *digit += 1;
+                return;
+            }
+            *digit = b'0';
+        }
+        *self = Head::new(tick, self.buffer, self.line);
+    }
+
+    /// All bytes are copied, which is faster than their exact number.
     fn write(&self, out: &mut [u8]) -> usize {
-        out[..24].copy_from_slice(&self.text);
+        out[..HEAD_BYTES].copy_from_slice(&self.text);
         self.length
     }
 }
@@ -298,12 +304,12 @@ mod tests {
 
     #[test]
     fn ticks_count_on_over_every_carry() {
-        let mut decimal = Decimal::ZERO;
+        let mut head = Head::new(0, 3, 14);
         for tick in 0..12_345 {
-            let mut out = [0; 20];
-            let length = decimal.write(&mut out);
-            assert_eq!(std::str::from_utf8(&out[..length]).unwrap(), tick.to_string());
-            decimal.increment();
+            let mut out = [0; HEAD_BYTES];
+            let length = head.write(&mut out);
+            assert_eq!(std::str::from_utf8(&out[..length]).unwrap(), format!("{tick},3,14"));
+            head.count_on(tick + 1);
         }
     }
 

@@ -13,7 +13,7 @@
 
 use super::Run;
 use super::lane::Lane;
-use super::stretch::State;
+use super::stretch::{State, Stretch};
 
 /// The ceiling of braking.
 #[derive(Debug)]
@@ -49,7 +49,7 @@ pub fn ceiling(plan: &[Lane], runs: &[Run]) -> Ceiling {
             let middle_mm = climb.stretches[1].from.at_mm;
             for (stretch, end_mm) in climb.stretches.into_iter().zip([middle_mm, state.at_mm]) {
                 if stretch.duration_s > 0.0 {
-                    lanes.push(keep(stretch, end_mm).reversed());
+                    put(&mut lanes, keep(stretch, end_mm).reversed());
                 }
             }
             if follows && open_mm.is_none() {
@@ -59,4 +59,21 @@ pub fn ceiling(plan: &[Lane], runs: &[Run]) -> Ceiling {
     }
     lanes.reverse();
     Ceiling { lanes, open_mm: open_mm.unwrap_or(f64::NEG_INFINITY) }
+}
+
+/// Puts a lane before others. Braking that goes on as before is one lane: each is looked at by every arc.
+fn put(lanes: &mut Vec<Lane>, lane: Lane) {
+    let goes_on = |next: &&mut Lane| {
+        let is_steady = lane.stretch.jerk_mm_s3 == 0.0 && next.stretch.jerk_mm_s3 == 0.0;
+        let [before_mm_s2, after_mm_s2] =
+            [lane.stretch, next.stretch].map(|stretch| stretch.from.accel_mm_s2);
+        is_steady && lane.run == next.run && before_mm_s2 == after_mm_s2
+    };
+    match lanes.last_mut().filter(goes_on) {
+        Some(next) => {
+            let duration_s = lane.stretch.duration_s + next.stretch.duration_s;
+            next.stretch = Stretch { duration_s, ..lane.stretch };
+        }
+        None => lanes.push(lane),
+    }
 }

@@ -3,14 +3,11 @@
 use super::super::piece::Piece;
 use super::bracket::Bracket;
 use super::limit::JerkLimit;
-use super::stretch::{State, Stretch};
+use super::stretch::{SAME, State, Stretch};
 
 /// On bent pieces the acceleration is constant and steps from one to the next: by what the jerk makes
 /// of it in a piece's time, but by no more than this share of the greatest acceleration.
 const STEP_SHARE: f64 = 0.05;
-
-/// Speeds closer to each other than this share are the same: what rounding makes of equal ones.
-pub const SAME: f64 = 1e-9;
 
 /// A stretch of the greatest speed, within one piece.
 #[derive(Clone, Copy, Debug)]
@@ -90,9 +87,16 @@ impl Lane {
     }
 
     /// By which share of the lane's speed a state is faster, less what rounding makes.
-    pub fn excess(&self, state: &State) -> f64 {
-        let limit_mm_s = self.at(state.at_mm).speed_mm_s;
-        state.speed_mm_s / (limit_mm_s * (1.0 + SAME) + 1e-12) - 1.0
+    fn excess(&self, state: &State) -> f64 {
+        state.excess(&self.at(state.at_mm))
+    }
+
+    /// The lane's acceleration at a place.
+    pub fn accel_mm_s2(&self, at_mm: f64) -> f64 {
+        if self.stretch.jerk_mm_s3 == 0.0 {
+            return self.stretch.from.accel_mm_s2;
+        }
+        self.at(at_mm).accel_mm_s2
     }
 
     /// The lane's motion at a place.

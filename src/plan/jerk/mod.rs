@@ -20,9 +20,9 @@ mod limit;
 mod round;
 mod stretch;
 
-pub use lane::{Lane, SAME};
+pub use lane::Lane;
 pub use limit::JerkLimit;
-pub use stretch::{State, Stretch};
+pub use stretch::{SAME, State, Stretch};
 
 use std::collections::VecDeque;
 

@@ -14,8 +14,8 @@
 
 use super::Run;
 use super::bracket::Bracket;
-use super::lane::{Lane, SAME};
-use super::stretch::{State, Stretch};
+use super::lane::Lane;
+use super::stretch::{SAME, State, Stretch};
 
 /// How exactly P is found.
 const P_ERROR_S: f64 = 1e-11;
@@ -113,15 +113,24 @@ struct Leave {
     hit: Hit,
 }
 
+/// What is found once of a lane of the ceiling.
+#[derive(Clone, Copy, Debug)]
+struct Outlook {
+    /// The step of acceleration that is allowed at its ends.
+    step_mm_s2: f64,
+    /// Where the ceiling breaks next at or after its end.
+    break_mm: f64,
+    /// The greatest braking of the ceiling from there on.
+    braking_mm_s2: f64,
+}
+
 /// Rounds the peaks below a ceiling.
 #[derive(Debug)]
 pub struct Rounding<'a> {
     lanes: &'a [Lane],
     runs: &'a [Run],
-    /// For each lane, where the ceiling breaks next at or after its end.
-    breaks_mm: Vec<f64>,
-    /// For each lane, the greatest braking of the ceiling from there on.
-    ahead_mm_s2: Vec<f64>,
+    /// One for each lane.
+    outlooks: Vec<Outlook>,
     state: State,
     follows: bool,
     lane: usize,
@@ -132,26 +141,22 @@ impl<'a> Rounding<'a> {
     /// From a state at the start of the lanes, on the ceiling or below it; or above it, where there is
     /// a motion from there on that was found below another ceiling: it is kept as far as it is above.
     pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State, held: Vec<Part>) -> Rounding<'a> {
-        let mut breaks_mm = vec![f64::INFINITY; lanes.len()];
-        let own_mm_s2 = |lane: &Lane| (-lane.stretch.from.accel_mm_s2).max(0.0);
-        let mut ahead_mm_s2: Vec<f64> = lanes.iter().map(own_mm_s2).collect();
-        for i in (1..lanes.len()).rev() {
-            let (before, after) = (&lanes[i - 1], &lanes[i]);
-            let drop_mm_s2 = before.stretch.end().accel_mm_s2 - after.stretch.from.accel_mm_s2;
-            let breaks = drop_mm_s2 > after.step_mm_s2(&runs[after.run].piece);
-            breaks_mm[i - 1] = if breaks { before.end_mm } else { breaks_mm[i] };
-            ahead_mm_s2[i - 1] = ahead_mm_s2[i - 1].max(ahead_mm_s2[i]);
-        }
-        let mut rounding = Rounding {
-            lanes,
-            runs,
-            breaks_mm,
-            ahead_mm_s2,
-            state,
-            follows: false,
-            lane: 0,
-            parts: Vec::new(),
+        let own = |lane: &Lane| Outlook {
+            step_mm_s2: lane.step_mm_s2(&runs[lane.run].piece),
+            break_mm: f64::INFINITY,
+            braking_mm_s2: (-lane.stretch.from.accel_mm_s2).max(0.0),
         };
+        let mut outlooks: Vec<Outlook> = lanes.iter().map(own).collect();
+        for i in (1..lanes.len()).rev() {
+            let (before, next_mm_s2) = (&lanes[i - 1], lanes[i].stretch.from.accel_mm_s2);
+            let next = outlooks[i];
+            let breaks = before.stretch.end().accel_mm_s2 - next_mm_s2 > next.step_mm_s2;
+            let outlook = &mut outlooks[i - 1];
+            outlook.break_mm = if breaks { before.end_mm } else { next.break_mm };
+            outlook.braking_mm_s2 = outlook.braking_mm_s2.max(next.braking_mm_s2);
+        }
+        let mut rounding =
+            Rounding { lanes, runs, outlooks, state, follows: false, lane: 0, parts: Vec::new() };
         rounding.begin(held);
         rounding
     }
@@ -195,11 +200,11 @@ impl<'a> Rounding<'a> {
                 continue;
             }
             let offer = self.offer(lane);
-            let next = self.lane + usize::from(offer.ends_lane);
-            if self.is_clear(&offer, next) {
-                self.accept(&offer);
+            let beyond = self.beyond(&offer);
+            if beyond.is_over() {
+                self.turn(&offer, beyond);
             } else {
-                self.turn(&offer);
+                self.accept(&offer);
             }
         }
         self.parts
@@ -207,21 +212,21 @@ impl<'a> Rounding<'a> {
 
     fn offer(&self, lane: &Lane) -> Offer {
         let rest = lane.stretch.since(self.state.at_mm);
-        let piece = &self.runs[lane.run].piece;
-        let step_mm_s2 = lane.step_mm_s2(piece);
+        let step_mm_s2 = self.outlooks[self.lane].step_mm_s2;
         if self.follows && rest.from.accel_mm_s2 <= self.state.accel_mm_s2 + step_mm_s2 {
             let mut end = State { at_mm: lane.end_mm, ..rest.end() };
             if let Some(next) = self.lanes.get(self.lane + 1) {
                 let drop_mm_s2 = end.accel_mm_s2 - next.stretch.from.accel_mm_s2;
-                if drop_mm_s2 > 0.0 && drop_mm_s2 <= next.step_mm_s2(&self.runs[next.run].piece) {
+                if drop_mm_s2 > 0.0 && drop_mm_s2 <= self.outlooks[self.lane + 1].step_mm_s2 {
                     end.accel_mm_s2 = next.stretch.from.accel_mm_s2;
                 }
             }
             let none = Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 };
             return Offer { stretches: [rest, none], end, follows: true, ends_lane: true };
         }
-        let accel_max_mm_s2 = self.runs[lane.run].speeding_up_mm_s2(self.state.speed_mm_s);
-        let climb = lane.climb(self.state, accel_max_mm_s2, &piece.jerk);
+        let run = &self.runs[lane.run];
+        let accel_max_mm_s2 = run.speeding_up_mm_s2(self.state.speed_mm_s);
+        let climb = lane.climb(self.state, accel_max_mm_s2, &run.piece.jerk);
         Offer {
             stretches: climb.stretches,
             end: climb.end(lane),
@@ -230,16 +235,14 @@ impl<'a> Rounding<'a> {
         }
     }
 
-    /// Whether a peak can still be rounded after what is offered.
-    fn is_clear(&self, offer: &Offer, next: usize) -> bool {
-        if !offer.ends_lane {
-            return false;
-        }
+    /// How near the arc from the end of what is offered comes: a peak behind it can be rounded, or not.
+    fn beyond(&self, offer: &Offer) -> Reach {
         // No arc from the ceiling leaves it before it breaks.
-        if offer.follows && self.is_before_break(&offer.end, self.lane) {
-            return true;
+        let is_on = offer.follows && offer.ends_lane;
+        if is_on && self.is_before_break(&offer.end, self.lane) {
+            return Reach::CLEAR;
         }
-        !self.sweep(offer.end, next).is_over()
+        self.sweep(offer.end, self.lane + usize::from(offer.ends_lane))
     }
 
     /// Whether an arc from a state in a lane brakes as the ceiling does anywhere, before that breaks
@@ -248,9 +251,9 @@ impl<'a> Rounding<'a> {
         let piece = &self.runs[self.lanes[lane].run].piece;
         let State { at_mm, speed_mm_s, accel_mm_s2 } = *state;
         let jerk_mm_s3 = piece.jerk.jerk_mm_s3(speed_mm_s, accel_mm_s2);
-        let turn_s = 2.0 * (accel_mm_s2.abs() + self.ahead_mm_s2[lane]) / jerk_mm_s3;
+        let turn_s = 2.0 * (accel_mm_s2.abs() + self.outlooks[lane].braking_mm_s2) / jerk_mm_s3;
         let reach_mm = (speed_mm_s + accel_mm_s2.abs() * turn_s) * turn_s;
-        at_mm + reach_mm < self.breaks_mm[lane]
+        at_mm + reach_mm < self.outlooks[lane].break_mm
     }
 
     fn accept(&mut self, offer: &Offer) {
@@ -265,8 +268,8 @@ impl<'a> Rounding<'a> {
     }
 
     /// Leaves what is offered at the last place from which an arc is allowed, and follows the arc.
-    fn turn(&mut self, offer: &Offer) {
-        let Some(Leave { before, from, hit }) = self.leave(offer) else {
+    fn turn(&mut self, offer: &Offer, beyond: Reach) {
+        let Some(Leave { before, from, hit }) = self.leave(offer, beyond) else {
             return self.accept(offer);
         };
         let (run, count) = (self.lanes[self.lane].run, self.parts.len());
@@ -282,13 +285,24 @@ impl<'a> Rounding<'a> {
     }
 
     /// The last place on what is offered from which an arc is allowed, if there is one.
-    fn leave(&self, offer: &Offer) -> Option<Leave> {
+    fn leave(&self, offer: &Offer, beyond: Reach) -> Option<Leave> {
+        let ([first, second], accel_mm_s2) = (offer.stretches, self.state.accel_mm_s2);
+        let none = Stretch { duration_s: 0.0, ..first };
+        let is_double = second.duration_s > 0.0;
+        let tried = self.try_guess(if is_double { &second } else { &first }, beyond);
+        let leave = |(stretch, hit): (Stretch, Hit), is_second: bool| {
+            let before = if is_second { [first, stretch] } else { [stretch, none] };
+            Leave { before, from: stretch.end(), hit }
+        };
+        // If that touches, no arc from before it is above.
+        if let Some((duration_s, reach)) = tried.filter(|(_, reach)| reach.touches()) {
+            let stretch = if is_double { second } else { first };
+            return Some(leave((Stretch { duration_s, ..stretch }, reach.place?), is_double));
+        }
         let start = self.sweep(self.state, self.lane);
         if start.is_over() {
             return None;
         }
-        let ([first, second], accel_mm_s2) = (offer.stretches, self.state.accel_mm_s2);
-        let none = Stretch { duration_s: 0.0, ..first };
         // Between bent pieces the acceleration may step up: then P lies within the step.
         let step_mm_s2 = first.from.accel_mm_s2 - accel_mm_s2;
         let risen = if step_mm_s2 > 0.0 { self.sweep(first.from, self.lane) } else { start };
@@ -298,26 +312,26 @@ impl<'a> Rounding<'a> {
                 self.last_free([0.0, 1.0], [start, risen], None, P_ERROR_SHARE, at)?;
             return Some(Leave { before: [none; 2], from: at(share), hit });
         }
-        let ends_mm = State { at_mm: offer.end.at_mm, ..second.end() };
-        let beyond = || self.sweep(ends_mm, self.lane + usize::from(offer.ends_lane));
-        let on = |stretch: Stretch, ends: [Reach; 2]| {
-            let range_s = [0.0, stretch.duration_s];
-            let guess_s = self.guess_s(&stretch, ends[1]);
-            let (time_s, hit) =
-                self.last_free(range_s, ends, guess_s, P_ERROR_S, |time_s| stretch.after(time_s))?;
-            Some((Stretch { duration_s: time_s, ..stretch }, hit))
+        let on = |stretch: Stretch, ends: [Reach; 2], tried: Option<(f64, Reach)>| {
+            let (range_s, at) = ([0.0, stretch.duration_s], |time_s| stretch.after(time_s));
+            let (duration_s, hit) = self.last_free(range_s, ends, tried, P_ERROR_S, at)?;
+            Some((Stretch { duration_s, ..stretch }, hit))
         };
-        if second.duration_s <= 0.0 {
-            let (leaves, hit) = on(first, [risen, beyond()])?;
-            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+        if !is_double {
+            return Some(leave(on(first, [risen, beyond], tried)?, false));
         }
         let middle = self.sweep(second.from, self.lane);
         if middle.is_over() {
-            let (leaves, hit) = on(first, [risen, middle])?;
-            return Some(Leave { before: [leaves, none], from: leaves.end(), hit });
+            let tried = self.try_guess(&first, middle);
+            return Some(leave(on(first, [risen, middle], tried)?, false));
         }
-        let (leaves, hit) = on(second, [middle, beyond()])?;
-        Some(Leave { before: [first, leaves], from: leaves.end(), hit })
+        Some(leave(on(second, [middle, beyond], tried)?, true))
+    }
+
+    /// When an arc leaves a stretch by the formulas, and how near that comes.
+    fn try_guess(&self, stretch: &Stretch, end: Reach) -> Option<(f64, Reach)> {
+        let time_s = self.guess_s(stretch, end)?;
+        Some((time_s, self.sweep(stretch.after(time_s), self.lane)))
     }
 
     /// When an arc leaves a stretch that touches the ceiling which the arc from its end comes too near to, if
@@ -358,7 +372,7 @@ impl<'a> Rounding<'a> {
         &self,
         range: [f64; 2],
         ends: [Reach; 2],
-        mut first: Option<f64>,
+        mut tried: Option<(f64, Reach)>,
         error: f64,
         at: impl Fn(f64) -> State,
     ) -> Option<(f64, Hit)> {
@@ -367,8 +381,8 @@ impl<'a> Rounding<'a> {
         }
         let mut bracket = Bracket::new(range, ends.map(|reach| reach.excess));
         let mut hit = ends[1].place?;
-        while let Some(place) = first.take().or_else(|| bracket.guess(error)) {
-            let reach = self.sweep(at(place), self.lane);
+        let look = |place| (place, self.sweep(at(place), self.lane));
+        while let Some((place, reach)) = tried.take().or_else(|| bracket.guess(error).map(look)) {
             bracket.take(place, reach.excess);
             if reach.is_over() || reach.touches() {
                 hit = reach.place?;
@@ -390,9 +404,16 @@ impl<'a> Rounding<'a> {
                 continue;
             }
             let end_mm = lane.end_mm.min(hit.at_mm);
-            let (stretches, end) = self.braking(number, &state, end_mm);
-            if end.at_mm < end_mm {
-                return false;
+            let (grow, grown) = self.growing(number, &state, end_mm);
+            let (mut stretches, mut end) = ([grow, Stretch { duration_s: 0.0, ..grow }], grown);
+            if grown.at_mm < end_mm {
+                let left_mm = end_mm - grown.at_mm;
+                if grown.speed_sq() <= -2.0 * grown.accel_mm_s2 * left_mm {
+                    return false;
+                }
+                let duration_s = grown.time_over_s(left_mm, 0.0, f64::INFINITY);
+                let stay = Stretch { from: grown, jerk_mm_s3: 0.0, duration_s };
+                (stretches[1], end) = (stay, State { at_mm: end_mm, ..stay.end() });
             }
             for stretch in stretches.into_iter().filter(|stretch| stretch.duration_s > 0.0) {
                 self.parts.push(Part { stretch, run: lane.run, lands_mm: hit.at_mm });
@@ -421,45 +442,38 @@ impl<'a> Rounding<'a> {
         true
     }
 
-    /// How an arc goes on from a state in a lane up to a place, and where it ends, there or at rest: its
-    /// braking grows with the jerk up to what the axes stand, or the ceiling asks for, and stays so.
-    fn braking(&self, number: usize, from: &State, end_mm: f64) -> ([Stretch; 2], State) {
+    /// How the braking of an arc grows with the jerk from a state in a lane, up to what the axes stand, or
+    /// the ceiling asks for; and where it has, unless a place or rest comes before.
+    fn growing(&self, number: usize, from: &State, end_mm: f64) -> (Stretch, State) {
         let lane = &self.lanes[number];
         let down_mm_s2 = self.runs[lane.run].braking_mm_s2(from.speed_mm_s);
-        let down_mm_s2 = down_mm_s2.max(self.ahead_mm_s2[number]);
+        let down_mm_s2 = down_mm_s2.max(self.outlooks[number].braking_mm_s2);
         let from = State { accel_mm_s2: from.accel_mm_s2.max(-down_mm_s2), ..*from };
         let jerk_mm_s3 = self.jerk_mm_s3(lane, &from);
         let brakes_s = (from.accel_mm_s2 + down_mm_s2) / jerk_mm_s3;
-        let range_s = brakes_s.min(stop_s(&from, jerk_mm_s3));
         let grow = |duration_s| Stretch { from, jerk_mm_s3: -jerk_mm_s3, duration_s };
-        let grown = grow(range_s).end();
-        if grown.at_mm >= end_mm {
-            let grow = grow(from.time_over_s(end_mm - from.at_mm, -jerk_mm_s3, range_s));
-            let end = State { at_mm: end_mm, ..grow.end() };
-            return ([grow, Stretch { from: end, jerk_mm_s3: 0.0, duration_s: 0.0 }], end);
+        let (mut range_s, mut grown) = (brakes_s, grow(brakes_s).end());
+        if grown.speed_mm_s < 0.0 {
+            range_s = stop_s(&from, jerk_mm_s3);
+            grown = grow(range_s).end();
         }
-        let stay = |duration_s| Stretch { from: grown, jerk_mm_s3: 0.0, duration_s };
-        if brakes_s > range_s {
-            return ([grow(range_s), stay(0.0)], grown);
+        if grown.at_mm < end_mm {
+            return (grow(range_s), grown);
         }
-        let left_mm = end_mm - grown.at_mm;
-        if grown.speed_sq() <= 2.0 * down_mm_s2 * left_mm {
-            let stay = stay(grown.speed_mm_s.max(0.0) / down_mm_s2.max(f64::MIN_POSITIVE));
-            return ([grow(range_s), stay], stay.end());
-        }
-        let stay = stay(grown.time_over_s(left_mm, 0.0, f64::INFINITY));
-        ([grow(range_s), stay], State { at_mm: end_mm, ..stay.end() })
+        let grow = grow(from.time_over_s(end_mm - from.at_mm, -jerk_mm_s3, range_s));
+        (grow, State { at_mm: end_mm, ..grow.end() })
     }
 
     /// Whether a piece that begins with a lane allows less acceleration than a state has.
-    fn is_too_much(&self, lane: &Lane, state: &State) -> bool {
+    fn is_too_much(&self, number: usize, state: &State) -> bool {
+        let lane = &self.lanes[number];
         if state.accel_mm_s2 <= lane.stretch.from.accel_mm_s2.max(0.0) {
             return false;
         }
         let run = &self.runs[lane.run];
         let up_mm_s2 = run.speeding_up_mm_s2(state.speed_mm_s);
         let up_mm_s2 = up_mm_s2.max(lane.stretch.from.accel_mm_s2);
-        state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + lane.step_mm_s2(&run.piece)
+        state.accel_mm_s2 > up_mm_s2 * (1.0 + SAME) + self.outlooks[number].step_mm_s2
     }
 
     fn jerk_mm_s3(&self, lane: &Lane, state: &State) -> f64 {
@@ -470,31 +484,29 @@ impl<'a> Rounding<'a> {
     fn sweep(&self, from: State, first: usize) -> Reach {
         let (mut state, mut nearest) = (from, Reach::CLEAR);
         let mut run_before = if first > 0 { Some(self.lanes[first - 1].run) } else { None };
-        for (i, lane) in self.lanes.iter().enumerate().skip(first) {
+        for (lane, number) in self.lanes[first..].iter().zip(first..) {
             let entered = run_before.replace(lane.run) != Some(lane.run);
             if state.at_mm >= lane.end_mm {
                 continue;
             }
-            let ceiling = lane.at(state.at_mm);
-            let falls = state.accel_mm_s2 <= ceiling.accel_mm_s2;
-            if falls && !lane.is_over(&state) && self.is_before_break(&state, i) {
+            let falls = state.accel_mm_s2 <= lane.accel_mm_s2(state.at_mm);
+            if falls && !lane.is_over(&state) && self.is_before_break(&state, number) {
                 return nearest;
             }
-            if entered && self.is_too_much(lane, &state) {
+            if entered && self.is_too_much(number, &state) {
                 let hit = Hit { at_mm: state.at_mm, ceiling: None };
                 return Reach { excess: f64::INFINITY, place: Some(hit) };
             }
-            let (stretches, end) = self.braking(i, &state, lane.end_mm);
-            for arc in &stretches {
-                let reach = touch(arc, lane);
-                if reach.is_over() {
-                    return reach;
-                }
-                if reach.excess > nearest.excess {
-                    nearest = reach;
-                }
+            let (arc, end) = self.growing(number, &state, lane.end_mm);
+            let reach = touch(&arc, lane);
+            if reach.is_over() {
+                return reach;
             }
-            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.ahead_mm_s2[i] {
+            if reach.excess > nearest.excess {
+                nearest = reach;
+            }
+            // Once its braking is the greatest it comes no nearer.
+            if end.at_mm < lane.end_mm || end.accel_mm_s2 <= -self.outlooks[number].braking_mm_s2 {
                 return nearest;
             }
             state = end;
@@ -505,13 +517,14 @@ impl<'a> Rounding<'a> {
 
 /// How an arc comes to a lane where it is nearest to it, or furthest above.
 fn touch(arc: &Stretch, lane: &Lane) -> Reach {
-    let end = arc.end();
     let reach = |state: &State| {
-        let ceiling = Some(lane.at(state.at_mm));
-        Reach { excess: lane.excess(state), place: Some(Hit { at_mm: state.at_mm, ceiling }) }
+        let ceiling = lane.at(state.at_mm);
+        let place = Some(Hit { at_mm: state.at_mm, ceiling: Some(ceiling) });
+        Reach { excess: state.excess(&ceiling), place }
     };
     let only_over = |reach: Reach| if reach.is_over() { reach } else { Reach::CLEAR };
-    let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.at(state.at_mm).accel_mm_s2;
+    let gains_mm_s2 = |state: &State| state.accel_mm_s2 - lane.accel_mm_s2(state.at_mm);
+    let end = arc.end();
     let last_mm_s2 = gains_mm_s2(&end);
     if last_mm_s2 > 0.0 {
         return only_over(reach(&end));
@@ -521,7 +534,7 @@ fn touch(arc: &Stretch, lane: &Lane) -> Reach {
     if first_mm_s2 <= SAME * (arc.from.accel_mm_s2.abs() + end.accel_mm_s2.abs()) {
         return only_over(reach(&arc.from));
     }
-    let time_s = if lane.stretch.jerk_mm_s3 == 0.0 && arc.jerk_mm_s3 < 0.0 {
+    let time_s = if lane.stretch.jerk_mm_s3 == 0.0 {
         first_mm_s2 / -arc.jerk_mm_s3
     } else {
         // Its height changes with the square of what is left of the gain.

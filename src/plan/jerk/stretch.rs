@@ -4,6 +4,9 @@
 /// next would change nothing.
 const NEWTON_LAST: f64 = 1e-8;
 
+/// Speeds closer to each other than this share are the same: what rounding makes of equal ones.
+pub const SAME: f64 = 1e-9;
+
 /// Where the machine is on its path, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct State {
@@ -42,6 +45,11 @@ impl State {
         self.speed_mm_s * self.speed_mm_s
     }
 
+    /// By which share of a limit's speed it is faster, less what rounding makes.
+    pub fn excess(&self, limit: &State) -> f64 {
+        self.speed_mm_s / (limit.speed_mm_s * (1.0 + SAME) + 1e-12) - 1.0
+    }
+
     /// The time a way takes with one jerk, found between 0 and a time in which at least that way is
     /// made, and in which the speed is never below zero.
     pub fn time_over_s(&self, length_mm: f64, jerk_mm_s3: f64, longest_s: f64) -> f64 {
@@ -78,8 +86,11 @@ impl State {
     pub fn rising_s(&self, length_mm: f64, jerk_mm_s3: f64) -> f64 {
         let at_speed_s = length_mm / self.speed_mm_s;
         let at_accel_s = (2.0 * length_mm / self.accel_mm_s2).sqrt();
-        let at_jerk_s = libm::cbrt(6.0 * length_mm / jerk_mm_s3);
-        at_speed_s.min(at_accel_s).min(at_jerk_s) * (1.0 + 1e-9)
+        let (soonest_s, at_jerk_s3) = (at_speed_s.min(at_accel_s), 6.0 * length_mm / jerk_mm_s3);
+        let is_jerk_later = at_jerk_s3 > soonest_s.powi(3);
+        let rising_s =
+            if is_jerk_later { soonest_s } else { soonest_s.min(libm::cbrt(at_jerk_s3)) };
+        rising_s * (1.0 + 1e-9)
     }
 }
 
