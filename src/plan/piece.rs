@@ -393,6 +393,7 @@ impl Piece {
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
     /// acceleration, unless it takes long, all of it may be as fast as its ends, and leaves room for a
     /// greater one.
+    #[inline]
     pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
         let speed_sq_max = self.speed_sq_max();
         let between =
