@@ -44,7 +44,9 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Decisions<'_, I> {
     #[inline]
     pub fn next_timed(&mut self) -> Option<Result<Timed, E>> {
         loop {
-            if let Some(timed) = self.ahead.pop_timed() {
+            if self.ahead.may_pop()
+                && let Some(timed) = self.ahead.pop_timed()
+            {
                 return Some(Ok(timed));
             }
             if let Err(error) = self.advance()? {

@@ -212,6 +212,12 @@ impl LookAhead {
         self.decided = self.queue.len();
     }
 
+    /// Whether there may be an item whose motion is decided.
+    #[inline]
+    pub fn may_pop(&self) -> bool {
+        self.given < self.decided || self.smoother.is_some()
+    }
+
     /// Gives the next item whose motion is decided, if there is one.
     pub fn pop(&mut self) -> Option<Decided> {
         if self.smoother.is_none() {

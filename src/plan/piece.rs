@@ -179,6 +179,7 @@ impl Piece {
 
     /// Holds a whole segment on which the axes move at most at these rates to the speed that all of it can
     /// be run at and, on a line, the acceleration.
+    #[inline]
     pub(super) fn hold_whole(&mut self, rates: &Point, limits: &Limits) {
         let feed_mm_s = self.segment.feed_mm_s.unwrap_or(f64::INFINITY);
         let (mut slow_s_mm, mut bound, mut held_s2_mm) = (0.0, Bound::Feed, 0.0);
@@ -194,7 +195,9 @@ impl Piece {
             self.bounded_by(1.0 / (slow_s_mm * slow_s_mm), bound);
         }
         self.hold_chord(limits);
-        self.jerk = JerkLimit::straight(rates, limits);
+        if limits.has_jerk {
+            self.jerk = JerkLimit::straight(rates, limits);
+        }
         self.grip = Grip::Straight { accel_mm_s2: 1.0 / held_s2_mm };
     }
 
@@ -250,6 +253,7 @@ impl Piece {
 
     /// The same of a whole segment, where another piece has been: field by field, since a piece is more than
     /// what changes.
+    #[inline]
     pub(super) fn renew(&mut self, segment: Arc<Segment>, length_mm: f64) {
         let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
         (self.segment, self.shares, self.length_mm) = (segment, [0.0, 1.0], length_mm);

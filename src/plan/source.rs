@@ -170,6 +170,7 @@ impl<'a> Cutter<'a> {
 
 impl Giver<'_> {
     /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
+    #[inline]
     fn begin(
         &mut self,
         segment: Arc<Segment>,
@@ -215,6 +216,7 @@ impl Giver<'_> {
 
     /// Gives a piece of the segment of this number with the bends at its ends, and the seam behind it.
     /// Tells whether there is one.
+    #[inline]
     fn give(
         &mut self,
         mut piece: Box<Piece>,

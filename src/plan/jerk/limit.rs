@@ -48,9 +48,6 @@ impl JerkLimit {
     /// Along a line on which the axes move at these rates.
     pub fn straight(rates: &Point, limits: &Limits) -> JerkLimit {
         let mut limit = JerkLimit::NONE;
-        if !limits.has_jerk {
-            return limit;
-        }
         for profile in &limits.axes {
             let rate = rates[profile.axis].abs();
             if let Some(jerk_mm_s3) = profile.jerk_max_mm_s3.filter(|_| rate > 0.0) {
