@@ -86,7 +86,8 @@ pub enum EventKind {
 /// Words of an event: upper-case letters and their numbers, in the order of the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EventWords {
-    list: [(u8, f64); EventWords::MAX],
+    letters: [u8; EventWords::MAX],
+    values: [f64; EventWords::MAX],
     count: u8,
 }
 
@@ -96,17 +97,19 @@ impl EventWords {
 
     /// Adds a word; false if its letter stands there already, or there are as many as can be.
     pub fn push(&mut self, letter: u8, value: f64) -> bool {
-        let is_new = self.iter().all(|(other, _)| other != letter);
-        let place = self.list.get_mut(usize::from(self.count)).filter(|_| is_new);
-        let Some(place) = place else { return false };
-        *place = (letter, value);
+        let place = usize::from(self.count);
+        let has_room = place < EventWords::MAX;
+        if !has_room || self.letters[..place].contains(&letter) {
+            return false;
+        }
+        (self.letters[place], self.values[place]) = (letter, value);
         self.count += 1;
         true
     }
 
     /// The words.
     pub fn iter(&self) -> impl Iterator<Item = (u8, f64)> {
-        self.list.iter().copied().take(usize::from(self.count))
+        self.letters.into_iter().zip(self.values).take(usize::from(self.count))
     }
 }
 

@@ -58,17 +58,17 @@ impl Segment {
 }
 
 impl Segment {
-    /// The first derivatives at the end of a segment of this length, which is not zero.
-    pub fn tangent_at_end(&self, length_mm: f64) -> Point {
+    /// Tells the first derivatives at the end of a segment of this length, which is not zero.
+    #[inline]
+    pub fn tangent_at_end(&self, length_mm: f64, tangent: &mut Point) {
         match &self.curve {
             Curve::Line => {
-                let (mut tangent, per_mm) = (Point::ZERO, 1.0 / length_mm);
+                let per_mm = 1.0 / length_mm;
                 for i in 0..AXES {
                     tangent.0[i] = (self.to_mm.0[i] - self.from_mm.0[i]) * per_mm;
                 }
-                tangent
             }
-            Curve::Arc(_) | Curve::Spline(_) => self.rates_at(1.0).tangent,
+            Curve::Arc(_) | Curve::Spline(_) => *tangent = self.rates_at(1.0).tangent,
         }
     }
 }

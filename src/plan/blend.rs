@@ -250,7 +250,7 @@ impl<'a> Turn<'a> {
         let sides = [side(before, &rates[0], limits), side(after, &rates[1], limits)];
         let [end, last] = [before, after].map(|segment| End::last(segment, segment.length_mm()));
         let start = End::first_of_curve(after, &last).unwrap_or(last);
-        let (junction, _) = Junction::between(&end, &start, limits);
+        let junction = Junction::between(&end, &start, limits, &mut None);
         let tick_s = limits.tick_s;
         let tick_mm_s = 4.0 * limits.path_tolerance_mm / junction.turn_rad / tick_s;
         let corner_mm_s = junction.speed_sq_max.sqrt().min(tick_mm_s);

@@ -14,12 +14,13 @@
 use crate::base::Machine;
 
 /// Share of `path_tolerance_mm` for corners; the rest is for the chords of arcs.
-const CORNER_SHARE: f64 = 0.5;
+pub const CORNER_SHARE: f64 = 0.5;
 
 /// X, Y and Z of a position.
 pub type Place = [f64; 3];
 
-/// Watches that no chord cuts a corner by more than its share of the path tolerance.
+/// Watches that no chord cuts a corner by more than its share of the path tolerance, where motion has no ramps
+/// and turns at any speed. With ramps such corners are where it rests, and distances along the path do.
 #[derive(Clone, Debug)]
 pub struct CornerGuard {
     tolerance_mm: f64,
@@ -53,17 +54,6 @@ impl CornerGuard {
     /// The last corner of this tick: where the path is, if it has turned since the boundary.
     pub fn last_corner(&self) -> Option<Place> {
         self.passed.last().copied()
-    }
-
-    /// Whether a chord that ends within a distance of the last corner passes all corners of this tick
-    /// within the tolerance, wherever it ends: no corner is further from a chord than from its
-    /// nearer end.
-    pub fn allows_within(&self, way_mm: f64) -> bool {
-        let is_near = |corner: &Place| {
-            let offset: Place = std::array::from_fn(|i| corner[i] - self.boundary_mm[i]);
-            dot(&offset, &offset) <= self.tolerance_mm * self.tolerance_mm
-        };
-        way_mm <= self.tolerance_mm || self.passed.iter().all(is_near)
     }
 
     /// Whether the chord to a position passes all corners of this tick within the tolerance, in

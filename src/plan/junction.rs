@@ -68,12 +68,18 @@ impl End {
 
     /// The last end of a segment of this length.
     pub fn last(segment: &Segment, length_mm: f64) -> End {
-        End {
-            tangent: segment.tangent_at_end(length_mm),
-            length_mm,
-            feed_mm_s: segment.feed_mm_s.unwrap_or(f64::INFINITY),
-            stops: segment.corner == Corner::Stop,
-        }
+        let mut end = End::NONE;
+        end.become_last(segment, length_mm);
+        end
+    }
+
+    /// Becomes the last end of a segment of this length.
+    #[inline]
+    pub fn become_last(&mut self, segment: &Segment, length_mm: f64) {
+        segment.tangent_at_end(length_mm, &mut self.tangent);
+        self.length_mm = length_mm;
+        self.feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
+        self.stops = segment.corner == Corner::Stop;
     }
 
     /// The first end of a curve with this last one; that of a line is no other.
@@ -100,27 +106,38 @@ impl Junction {
     }
 
     /// Between two segments, and how the path bends there.
-    pub fn between(before: &End, after: &End, limits: &Limits) -> (Junction, Option<Bend>) {
+    pub fn between(
+        before: &End,
+        after: &End,
+        limits: &Limits,
+        bend: &mut Option<Bend>,
+    ) -> Junction {
         let lengths_mm = [before.length_mm, after.length_mm];
         let feed_mm_s = lesser(before.feed_mm_s, after.feed_mm_s);
         let tangents = [&before.tangent, &after.tangent];
-        let (junction, bend) = Junction::at(tangents, lengths_mm, feed_mm_s, limits);
-        if before.stops { (junction.stopped(), None) } else { (junction, bend) }
+        let junction = Junction::at(tangents, lengths_mm, feed_mm_s, limits, bend);
+        if !before.stops {
+            return junction;
+        }
+        *bend = None;
+        junction.stopped()
     }
 
-    /// Where the derivatives change; between ways of these lengths, at this speed at most.
+    /// Where the derivatives change; between ways of these lengths, at this speed at most. Told is also how
+    /// the path bends there.
     pub fn at(
         [a, b]: [&Point; 2],
         lengths_mm: [f64; 2],
         feed_mm_s: f64,
         limits: &Limits,
-    ) -> (Junction, Option<Bend>) {
+        bend: &mut Option<Bend>,
+    ) -> Junction {
+        *bend = None;
         let mean_mm = 0.5 * (lengths_mm[0] + lengths_mm[1]);
-        // The inverse of the speed that jumps allow, that of the square of the one that accelerations
-        // over the mean length do, each of the axis that allows least, and of the axes' own speeds.
+        // The inverse of the speed that jumps allow, and that of the square of the one that accelerations
+        // over the mean length do, each of the axis that allows least.
         let (mut jump_s_mm, mut jump_axis) = (0.0, Axis::X);
         let (mut spread_s2_mm, mut spread_axis) = (0.0, Axis::X);
-        let mut own_s_mm = 0.0;
         for limit in &limits.axes {
             let axis = limit.axis;
             let change = (b[axis] - a[axis]).abs();
@@ -132,13 +149,11 @@ impl Junction {
                 if spread > spread_s2_mm {
                     (spread_s2_mm, spread_axis) = (spread, axis);
                 }
-                let rate = greater(a[axis].abs(), b[axis].abs());
-                own_s_mm = greater(own_s_mm, rate * limit.per_speed_s_mm);
             }
         }
         let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
         if jump_s_mm == 0.0 {
-            return (junction, None);
+            return junction;
         }
         let is_jump = spread_s2_mm <= jump_s_mm * jump_s_mm * mean_mm;
         (junction.speed_sq_max, junction.bound) = if is_jump {
@@ -148,13 +163,14 @@ impl Junction {
         };
         // Ways that the window holds at no speed that the jump allows have no steps to share.
         let is_long = lesser(lengths_mm[0], lengths_mm[1]) * jump_s_mm >= limits.window_s;
-        let fastest_mm_s = || lesser(feed_mm_s, 1.0 / own_s_mm);
+        let fastest_mm_s = || lesser(feed_mm_s, limits.fastest_mm_s(a, b));
         if is_long || !junction.share(lengths_mm, fastest_mm_s(), limits.window_s) {
-            return (junction, None);
+            return junction;
         }
         let per_mean_mm = 1.0 / mean_mm;
         let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) * per_mean_mm);
-        (junction, Some(Bend { per_mm, speed_sq_max: junction.speed_sq_max }))
+        *bend = Some(Bend { per_mm, speed_sq_max: junction.speed_sq_max });
+        junction
     }
 
     /// Leaves room for the neighbours' steps of speed, where verify's widest window sees both, and

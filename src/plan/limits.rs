@@ -1,9 +1,10 @@
 //! What the machine stands, worked out once: the planner asks for it at every segment.
 
 use crate::base::machine::AxisProfile;
-use crate::base::{Axis, Machine};
+use crate::base::{Axis, Machine, Point};
 
 use super::Bound;
+use super::extreme::greater;
 
 /// Pieces of a segment that takes a whole buffer, at least.
 const PIECES_A_BUFFER: f64 = 64.0;
@@ -77,6 +78,14 @@ impl Limits {
             accel_max_mm_s2: norm(|profile| profile.accel_max_mm_s2),
             has_jerk: machine.axes.iter().any(|profile| profile.jerk_max_mm_s3.is_some()),
         }
+    }
+
+    /// The greatest speed along the path in both of two directions, by the axes' own.
+    pub fn fastest_mm_s(&self, a: &Point, b: &Point) -> f64 {
+        let slow_s_mm = |limit: &AxisLimits| {
+            greater(a[limit.axis].abs(), b[limit.axis].abs()) * limit.per_speed_s_mm
+        };
+        1.0 / self.axes.iter().map(slow_s_mm).fold(0.0, greater)
     }
 
     /// Those of an axis, if the machine has it.

@@ -17,7 +17,6 @@
 //! rest at the end of what is known is as fast there as one that need not be. Memory is that of
 //! the way that braking takes, v²/2a.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::base::Event;
@@ -35,7 +34,7 @@ pub enum Ahead {
     /// A piece of the path, from rest or from the piece before. It stays where it lies until it is run.
     Piece(Box<Piece>),
     /// Something that happens at rest.
-    Event(Event),
+    Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
     Seam(SeamKind),
 }
@@ -55,7 +54,7 @@ pub enum Decided {
         at_seam: bool,
     },
     /// Something that happens at rest.
-    Event(Event),
+    Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
     Seam(SeamKind),
 }
@@ -67,11 +66,11 @@ pub enum Timed {
     Run {
         /// All but when it is and in which buffer.
         profile: Box<Profile>,
-        /// It begins at rest.
-        from_rest: bool,
+        /// It begins, and ends, at rest.
+        rests: [bool; 2],
     },
     /// Something that happens at rest.
-    Event(Event),
+    Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
     Seam(SeamKind),
 }
@@ -79,11 +78,12 @@ pub enum Timed {
 impl Timed {
     #[inline]
     fn run(piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Timed {
-        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
         let (segment, shares) = (Arc::clone(&piece.segment), piece.shares);
+        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
         let ([start, end], buffer) = ([Moment::default(); 2], 0);
-        let profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
-        Timed::Run { profile, from_rest: ends_mm_s[0] == 0.0 }
+        let profile = Profile { segment, shares, ramp, start, end, buffer, bound };
+        let profile = Box::write(Box::new_uninit(), profile);
+        Timed::Run { profile, rests: ends_mm_s.map(|end| end == 0.0) }
     }
 }
 
@@ -114,12 +114,12 @@ pub struct LookAhead {
     has_ramps: bool,
     tick_s: f64,
     tolerance_mm: f64,
-    queue: VecDeque<Queued>,
-    /// Square of the speed at the start of the queue.
-    start_sq: f64,
+    queue: Vec<Queued>,
+    /// So many items of the queue have been given out.
+    given: usize,
     /// The item given out last was a seam where motion would not rest.
     is_at_seam: bool,
-    /// So many items of the queue are decided.
+    /// So many items of the queue are decided, those given out among them.
     decided: usize,
     /// Items that the queue holds before the passes run again.
     enough: usize,
@@ -175,8 +175,8 @@ impl LookAhead {
             has_ramps,
             tick_s: limits.tick_s,
             tolerance_mm: limits.path_tolerance_mm,
-            queue: VecDeque::new(),
-            start_sq: 0.0,
+            queue: Vec::new(),
+            given: 0,
             is_at_seam: false,
             decided: 0,
             enough: ITEMS_MIN,
@@ -197,23 +197,18 @@ impl LookAhead {
 
     /// Takes the next item.
     pub fn push(&mut self, item: Ahead) {
-        self.queue.push_back(Queued { item, entry_sq: 0.0 });
-        if !self.has_ramps {
-            self.decided = self.queue.len();
-            return;
+        self.queue.push(Queued { item, entry_sq: 0.0 });
+        if self.has_ramps {
+            self.hold_corner();
         }
-        self.hold_corner();
-        if self.queue.len() >= self.enough {
+        if self.queue.len() - self.given >= self.enough {
             self.decide();
         }
     }
 
     /// No item follows: the path ends at rest.
     pub fn finish(&mut self) {
-        if self.has_ramps {
-            self.backward();
-            self.forward();
-        }
+        self.decide();
         self.decided = self.queue.len();
     }
 
@@ -252,8 +247,7 @@ impl LookAhead {
     /// Gives the next item whose speeds are decided, if there is one.
     fn pop_speeds(&mut self) -> Option<Decided> {
         if !self.has_ramps {
-            self.decided = self.decided.checked_sub(1)?;
-            return self.queue.pop_front().map(|front| Decided::at_once(front.item));
+            return self.pop_front().map(Decided::at_once);
         }
         let (ends_mm_s, at_seam) = self.front_speeds()?;
         Some(match self.pop_front()? {
@@ -266,30 +260,35 @@ impl LookAhead {
         })
     }
 
-    /// The speeds at both ends of the first item, if they are decided, and whether one of them is a stop that
+    /// The speeds at both ends of the next item, if they are decided, and whether one of them is a stop that
     /// only a seam asks for.
     #[inline]
     fn front_speeds(&self) -> Option<([f64; 2], bool)> {
-        let front = self.queue.front().filter(|_| self.decided > 0)?;
-        let next = self.queue.get(1);
+        let front = self.queue[..self.decided].get(self.given)?;
+        let next = self.queue.get(self.given + 1);
         let squares = [front.entry_sq, next.map_or(0.0, |next| next.entry_sq)];
         let at_seam = self.is_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
         Some((squares.map(f64::sqrt), at_seam))
     }
 
-    /// Takes the first item out.
+    /// Gives the next item, if its speeds are decided.
     #[inline]
     fn pop_front(&mut self) -> Option<Ahead> {
-        let front = self.queue.pop_front()?;
-        self.decided -= 1;
-        self.is_at_seam = is_own_stop(&front.item);
-        self.start_sq = self.queue.front().map_or(0.0, |next| next.entry_sq);
-        Some(front.item)
+        let front = self.queue[..self.decided].get_mut(self.given)?;
+        self.given += 1;
+        let item = std::mem::replace(&mut front.item, Ahead::Seam(SeamKind::Rest));
+        self.is_at_seam = is_own_stop(&item);
+        Some(item)
     }
 
     fn decide(&mut self) {
-        self.backward();
-        self.decided = self.forward();
+        let start_sq = self.queue.get(self.given).map_or(0.0, |front| front.entry_sq);
+        self.queue.drain(..self.given);
+        (self.given, self.decided) = (0, self.queue.len());
+        if self.has_ramps {
+            self.backward();
+            self.decided = self.forward(start_sq);
+        }
         self.enough = ITEMS_MIN.max(2 * (self.queue.len() - self.decided));
     }
 
@@ -306,10 +305,10 @@ impl LookAhead {
         }
     }
 
-    /// As fast as the backward curve allows. Gives the number of items that nothing after the
+    /// As fast as the backward curve allows, from this square of a speed on. Gives the number of items that nothing after the
     /// queue can change.
-    fn forward(&mut self) -> usize {
-        let (mut decided, mut entry_sq) = (0, self.start_sq);
+    fn forward(&mut self, start_sq: f64) -> usize {
+        let (mut decided, mut entry_sq) = (0, start_sq);
         let open_from = self.open_from();
         let mut queue = self.queue.iter_mut().enumerate().peekable();
         while let Some((i, queued)) = queue.next() {
@@ -351,36 +350,39 @@ impl LookAhead {
     /// ```
     fn hold_corner(&mut self) {
         let newest = self.queue.len() - 1;
+        let Ahead::Piece(piece) = &self.queue[newest].item else { return };
+        if piece.junction.turn_rad == 0.0 {
+            return;
+        }
         let tick_s_sq = self.tick_s * self.tick_s;
-        let (mut turn_rad, mut span_mm, mut fastest_sq) = (0.0, 0.0, 0.0);
+        let (mut turn_rad, mut span_mm, mut fastest_sq) = (0.0, 0.0, piece.speed_sq_max());
         for first in (0..=newest).rev() {
             let Ahead::Piece(piece) = &self.queue[first].item else { break };
-            let (junction, piece_sq) = (&piece.junction, piece.speed_sq_max());
-            if first == newest && junction.turn_rad == 0.0 {
-                break;
-            }
             if first < newest {
                 span_mm += piece.length_mm;
-                if span_mm * span_mm > piece_sq * tick_s_sq || junction.speed_sq_max == 0.0 {
+                let is_past = span_mm * span_mm > piece.speed_sq_max() * tick_s_sq;
+                if is_past || piece.junction.speed_sq_max == 0.0 {
                     break;
                 }
             }
-            fastest_sq = greater(fastest_sq, piece_sq);
-            if junction.turn_rad > 0.0 {
-                turn_rad = lesser(turn_rad + junction.turn_rad, std::f64::consts::PI);
-                let before_sq = first.checked_sub(1).map_or(0.0, |before| self.piece_sq(before));
-                let tick_sq = greater(fastest_sq, before_sq) * tick_s_sq;
-                let way_mm = |share: f64| {
-                    let off_mm = share * self.tolerance_mm;
-                    greater(4.0 * off_mm / turn_rad + 0.5 * span_mm, span_mm)
-                };
-                if tick_sq > way_mm(CORNER_SHARE).powi(2) {
-                    let way_mm = way_mm(self.corner_share(first, newest));
-                    if tick_sq > way_mm * way_mm {
-                        self.hold_window(first, newest, way_mm);
-                        let pieces_sq = (first..=newest).map(|i| self.piece_sq(i));
-                        fastest_sq = pieces_sq.fold(0.0, greater);
-                    }
+            let before_sq = first.checked_sub(1).map_or(0.0, |before| self.piece_sq(before));
+            fastest_sq = greater(fastest_sq, before_sq);
+            if piece.junction.turn_rad == 0.0 {
+                continue;
+            }
+            turn_rad = lesser(turn_rad + piece.junction.turn_rad, std::f64::consts::PI);
+            let tick_sq = fastest_sq * tick_s_sq;
+            let is_cut = |way_mm: f64| tick_sq > way_mm * way_mm;
+            let way_mm = |share: f64| {
+                let off_mm = share * self.tolerance_mm;
+                greater(4.0 * off_mm / turn_rad + 0.5 * span_mm, span_mm)
+            };
+            if is_cut(way_mm(CORNER_SHARE)) {
+                let way_mm = way_mm(self.corner_share(first, newest));
+                if is_cut(way_mm) {
+                    self.hold_window(first, newest, way_mm);
+                    let around = first.saturating_sub(1)..=newest;
+                    fastest_sq = around.map(|i| self.piece_sq(i)).fold(0.0, greater);
                 }
             }
         }

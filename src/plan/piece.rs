@@ -81,7 +81,7 @@ impl Piece {
                 rates.follow(span, 0);
                 let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
                 let tangents = [&before.tangent, &rates.tangent];
-                Junction::at(tangents, [length_mm; 2], feed_mm_s, limits).0
+                Junction::at(tangents, [length_mm; 2], feed_mm_s, limits, &mut None)
             });
             let share = |at_mm: f64| at_mm / length_mm;
             let is_last = number == spans.len();
@@ -393,6 +393,7 @@ impl Piece {
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
     /// acceleration, unless it takes long, all of it may be as fast as its ends, and leaves room for a
     /// greater one.
+    #[inline]
     pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
         let speed_sq_max = self.speed_sq_max();
         let between =

@@ -12,8 +12,6 @@
 //! With limits on jerk the legs are those of [`super::jerk`]: as many as it takes, in each of which
 //! the acceleration changes evenly.
 
-use smallvec::{SmallVec, smallvec};
-
 use super::extreme::{greater, lesser};
 use super::jerk::{State, Stretch};
 
@@ -26,8 +24,20 @@ pub struct Ramp {
     legs: Legs,
 }
 
-/// The legs, in order. As many as a trapezoid has are kept in place: most pieces have no more.
-type Legs = SmallVec<[Start; 3]>;
+/// The legs of a ramp, in order.
+#[derive(Clone, Debug, PartialEq)]
+enum Legs {
+    /// Those of the drawing, any of which may take no time.
+    Trapezoid {
+        entry_mm_s: f64,
+        /// Of the first leg; the last one brakes as much.
+        accel_mm_s2: f64,
+        /// When and where the second leg starts, and the third.
+        cruise: (f64, f64),
+        down: (f64, f64),
+    },
+    Many(Box<[Start]>),
+}
 
 /// From here on, one jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,12 +47,6 @@ struct Start {
     speed_mm_s: f64,
     accel_mm_s2: f64,
     jerk_mm_s3: f64,
-}
-
-impl Start {
-    fn trapezoid(start_s: f64, start_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> Start {
-        Start { start_s, start_mm, speed_mm_s, accel_mm_s2, jerk_mm_s3: 0.0 }
-    }
 }
 
 /// A part of a ramp with one jerk.
@@ -70,6 +74,7 @@ impl Leg {
 impl Ramp {
     /// From one speed to another over a length, as fast as the square of a greatest speed and an acceleration
     /// allow: up, cruise, down. The ends have to be within reach of each other.
+    #[inline]
     pub fn between(
         length_mm: f64,
         [entry_mm_s, exit_mm_s]: [f64; 2],
@@ -91,20 +96,27 @@ impl Ramp {
             length_mm,
             duration_s: down_start_s + down_s,
             peak_mm_s,
-            legs: smallvec![
-                Start::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2),
-                Start::trapezoid(up_s, up_mm, peak_mm_s, 0.0),
-                Start::trapezoid(down_start_s, up_mm + cruise_mm, peak_mm_s, -accel_mm_s2),
-            ],
+            legs: Legs::Trapezoid {
+                entry_mm_s,
+                accel_mm_s2,
+                cruise: (up_s, up_mm),
+                down: (down_start_s, up_mm + cruise_mm),
+            },
         }
     }
 
     /// From one speed to another with one acceleration. They are not both zero.
+    #[inline]
     pub fn steady(length_mm: f64, [entry_mm_s, exit_mm_s]: [f64; 2]) -> Ramp {
         let duration_s = 2.0 * length_mm / (entry_mm_s + exit_mm_s);
         let accel_mm_s2 = (exit_mm_s - entry_mm_s) / duration_s;
-        let leg = Start::trapezoid(0.0, 0.0, entry_mm_s, accel_mm_s2);
-        Ramp { length_mm, duration_s, peak_mm_s: entry_mm_s.max(exit_mm_s), legs: smallvec![leg] }
+        let end = (duration_s, length_mm);
+        Ramp {
+            length_mm,
+            duration_s,
+            peak_mm_s: greater(entry_mm_s, exit_mm_s),
+            legs: Legs::Trapezoid { entry_mm_s, accel_mm_s2, cruise: end, down: end },
+        }
     }
 
     /// Along stretches of constant jerk that join and cover a length.
@@ -122,18 +134,16 @@ impl Ramp {
             start_mm += stretch.length_mm();
             leg
         };
-        let legs = stretches.iter().map(&mut leg).collect();
+        let legs = Legs::Many(stretches.iter().map(&mut leg).collect());
         let peak_mm_s = stretches.iter().map(Stretch::peak_mm_s).fold(0.0, f64::max);
         Ramp { length_mm, duration_s: start_s, peak_mm_s, legs }
     }
 
     /// Its stretches of constant acceleration or jerk, with places counted from `start_mm`.
     pub fn stretches(&self, start_mm: f64) -> impl DoubleEndedIterator<Item = Stretch> {
-        let legs = &self.legs;
-        (0..legs.len()).filter_map(move |i| {
-            let next_s = legs.get(i + 1).map_or(f64::INFINITY, |next| next.start_s);
-            let leg = legs[i];
-            let duration_s = next_s.min(self.duration_s) - leg.start_s;
+        (0..self.count()).filter_map(move |i| {
+            let leg = self.start(i);
+            let duration_s = self.end_s(i) - leg.start_s;
             let from = State {
                 at_mm: start_mm + leg.start_mm,
                 speed_mm_s: leg.speed_mm_s,
@@ -142,6 +152,40 @@ impl Ramp {
             let stretch = Stretch { from, jerk_mm_s3: leg.jerk_mm_s3, duration_s };
             (duration_s > 0.0).then_some(stretch)
         })
+    }
+
+    /// How many legs it has.
+    fn count(&self) -> usize {
+        match &self.legs {
+            Legs::Trapezoid { .. } => 3,
+            Legs::Many(legs) => legs.len(),
+        }
+    }
+
+    /// How one of its legs starts.
+    #[inline]
+    fn start(&self, leg: usize) -> Start {
+        match &self.legs {
+            Legs::Trapezoid { entry_mm_s, accel_mm_s2, cruise, down } => {
+                let ((start_s, start_mm), speed_mm_s, accel_mm_s2) = match leg {
+                    0 => ((0.0, 0.0), *entry_mm_s, *accel_mm_s2),
+                    1 => (*cruise, self.peak_mm_s, 0.0),
+                    _ => (*down, self.peak_mm_s, -accel_mm_s2),
+                };
+                Start { start_s, start_mm, speed_mm_s, accel_mm_s2, jerk_mm_s3: 0.0 }
+            }
+            Legs::Many(legs) => legs[leg],
+        }
+    }
+
+    /// When one of its legs ends.
+    #[inline]
+    fn end_s(&self, leg: usize) -> f64 {
+        let next_s = match &self.legs {
+            Legs::Trapezoid { cruise, down, .. } => [cruise.0, down.0].get(leg).copied(),
+            Legs::Many(legs) => legs.get(leg + 1).map(|next| next.start_s),
+        };
+        next_s.map_or(self.duration_s, |next_s| lesser(next_s, self.duration_s))
     }
 
     /// How long it takes.
@@ -171,12 +215,17 @@ impl Ramp {
 
     /// The leg under way at a time after the start.
     pub fn leg_at(&self, time_s: f64) -> Leg {
-        let legs = self.legs.as_slice();
-        // Few enough that the next is found soonest one by one.
-        let is_later = |leg: &Start| leg.start_s > time_s;
-        let next = 1 + legs[1..].iter().position(is_later).unwrap_or(legs.len() - 1);
-        let end_s = legs.get(next).map_or(self.duration_s, |next| next.start_s);
-        let start = &legs[next - 1];
+        let leg = match &self.legs {
+            Legs::Trapezoid { cruise, down, .. } => {
+                usize::from(cruise.0 <= time_s) + usize::from(down.0 <= time_s)
+            }
+            // Few enough that the next is found soonest one by one.
+            Legs::Many(legs) => {
+                let is_later = |leg: &Start| leg.start_s > time_s;
+                legs[1..].iter().position(is_later).unwrap_or(legs.len() - 1)
+            }
+        };
+        let (start, end_s) = (self.start(leg), self.end_s(leg));
         Leg {
             start_s: start.start_s,
             start_mm: start.start_mm,

@@ -4,8 +4,9 @@
 use crate::base::{Event, Machine, Point};
 use crate::path::PathItem;
 
-use super::corner::{CornerGuard, Place};
+use super::corner::{CORNER_SHARE, CornerGuard, Place};
 use super::decisions::Decisions;
+use super::extreme::lesser;
 use super::limits::Limits;
 use super::lookahead::Timed;
 use super::{Feed, Moment, Planned, Profile, Ramp, Seams};
@@ -57,6 +58,12 @@ struct Schedule {
     buffer: u32,
     /// Tick at which the buffer's first entry is executed.
     buffer_start: u64,
+    /// Where motion has ramps: the way since the last boundary. No corner since then is further from a chord
+    /// than that, or than the way to the next one.
+    way_mm: f64,
+    /// The share of the path tolerance for such corners.
+    corner_mm: f64,
+    /// Where it has none.
     guard: CornerGuard,
 }
 
@@ -71,6 +78,8 @@ impl Schedule {
             now: Moment::default(),
             buffer: 0,
             buffer_start: 0,
+            way_mm: 0.0,
+            corner_mm: CORNER_SHARE * machine.path_tolerance_mm,
             guard: CornerGuard::new(machine, start_mm.xyz()),
         }
     }
@@ -78,12 +87,12 @@ impl Schedule {
     #[inline]
     fn take(&mut self, timed: Timed) -> Planned {
         match timed {
-            Timed::Event(event) => self.event(event),
+            Timed::Event(event) => self.event(*event),
             Timed::Seam(kind) => {
                 self.start_buffer();
                 Planned::Seam(kind)
             }
-            Timed::Run { profile, from_rest } => self.run(profile, from_rest),
+            Timed::Run { profile, rests } => self.run(profile, rests),
         }
     }
 
@@ -98,11 +107,11 @@ impl Schedule {
     }
 
     /// Puts a profile that begins now on the time axis, or at the next boundary if it has to wait for that.
-    fn run(&mut self, mut profile: Box<Profile>, from_rest: bool) -> Planned {
+    fn run(&mut self, mut profile: Box<Profile>, rests: [bool; 2]) -> Planned {
         [profile.start, profile.end] = self.moments_of(&profile.ramp);
         profile.buffer = self.buffer;
         let has_to_wait = if self.has_ramps {
-            from_rest && !self.guard.allows_within(self.way_left_mm())
+            rests[0] && self.corner_mm < lesser(self.way_mm, self.way_left_mm())
         } else {
             !self.guard.allows(&self.first_boundary_mm(&profile))
         };
@@ -110,7 +119,12 @@ impl Schedule {
             self.wait_for_boundary();
             [profile.start, profile.end] = self.moments_of(&profile.ramp);
         }
-        self.advance(&profile);
+        self.now = profile.end;
+        if self.has_ramps {
+            self.count_way(&profile, rests[1]);
+        } else {
+            self.pass(&profile);
+        }
         Planned::Profile(profile)
     }
 
@@ -135,8 +149,21 @@ impl Schedule {
         profile.xyz_at(boundary, self.tick_s)
     }
 
-    fn advance(&mut self, profile: &Profile) {
-        self.now = profile.end;
+    /// Counts the way since the last boundary; where motion goes on, the most that it may be.
+    fn count_way(&mut self, profile: &Profile, rests: bool) {
+        let length_mm = profile.ramp.length_mm();
+        if profile.end.tick == profile.start.tick {
+            self.way_mm += length_mm;
+        } else if rests {
+            let time_s = profile.start.ticks_until(profile.end.tick) * self.tick_s;
+            self.way_mm = length_mm - profile.ramp.distance_mm(time_s);
+        } else {
+            self.way_mm = profile.ramp.peak_mm_s() * profile.end.share * self.tick_s;
+        }
+    }
+
+    /// Tells the guard of corners where the path is.
+    fn pass(&mut self, profile: &Profile) {
         let end_mm = profile.segment.xyz_at(profile.shares[1]);
         if profile.end.share == 0.0 {
             return self.guard.at_boundary(end_mm);
@@ -152,6 +179,7 @@ impl Schedule {
         if let Some(corner_mm) = self.guard.last_corner() {
             self.guard.at_boundary(corner_mm);
         }
+        self.way_mm = 0.0;
         self.now = Moment::at(self.now.boundary());
     }
 

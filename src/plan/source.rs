@@ -19,10 +19,11 @@ pub struct Cutter<'a> {
     giver: Giver<'a>,
     /// Number of the next segment; those without length do not count.
     index: u64,
-    /// A segment of which it is not known what follows, and what is known of it: apart, since a segment
-    /// goes on into its piece.
+    /// A segment of which it is not known what follows: it goes on into its piece.
     waiting: Option<Arc<Segment>>,
-    known: Known,
+    /// What is known of it, and the one before or the one that comes next: the even one and the odd one, each
+    /// in its place.
+    known: [Known; 2],
     cutting: Option<Box<Cutting>>,
     /// What follows the segment that is being cut, where that is no other.
     stop: Option<Ahead>,
@@ -75,6 +76,8 @@ struct Giver<'a> {
 }
 
 impl Known {
+    const NONE: Known = Known { index: 0, end: End::NONE, junction: Junction::REST, bend: None };
+
     /// The machine has come to rest at its start.
     fn rest(&mut self) {
         (self.junction, self.bend) = (Junction::REST, None);
@@ -84,7 +87,7 @@ impl Known {
 impl<'a> Cutter<'a> {
     /// From rest.
     pub fn new(limits: Limits, feed: Feed, seams: Option<&'a Seams>) -> Cutter<'a> {
-        let known = Known { index: 0, end: End::NONE, junction: Junction::REST, bend: None };
+        let known = [Known::NONE; 2];
         let giver = Giver { limits, feed, seams, next_seam: 0 };
         Cutter { giver, index: 0, waiting: None, known, cutting: None, stop: None }
     }
@@ -93,7 +96,7 @@ impl<'a> Cutter<'a> {
     pub fn push(&mut self, item: PathItem, ahead: &mut LookAhead) {
         match item {
             PathItem::Event(event) => {
-                self.stop = Some(Ahead::Event(event));
+                self.stop = Some(Ahead::Event(Box::new(event)));
                 self.finish(ahead);
             }
             PathItem::Segment(segment) => self.segment(segment, ahead),
@@ -103,7 +106,8 @@ impl<'a> Cutter<'a> {
     /// No segment follows the one that waits. Tells whether there was one.
     pub fn finish(&mut self, ahead: &mut LookAhead) -> bool {
         let Some(last) = self.waiting.take() else { return false };
-        if let Begun::Cutting(cutting) = self.giver.begin(last, &self.known, None, ahead) {
+        let known = &self.known[self.newest()];
+        if let Begun::Cutting(cutting) = self.giver.begin(last, known, None, ahead) {
             self.cutting = Some(cutting);
         }
         true
@@ -125,26 +129,29 @@ impl<'a> Cutter<'a> {
         if length_mm <= 0.0 {
             return;
         }
-        let end = End::last(&segment, length_mm);
-        let curved = End::first_of_curve(&segment, &end);
-        let start = curved.as_ref().unwrap_or(&end);
-        let (known, index) = (&mut self.known, self.index);
+        let [even, odd] = &mut self.known;
+        let [before, known] = if self.index % 2 == 0 { [odd, even] } else { [even, odd] };
+        known.index = self.index;
         self.index += 1;
-        let Some(before) = self.waiting.replace(segment) else {
-            *known = Known { index, end, junction: Junction::REST, bend: None };
-            return;
-        };
-        let (mut junction, mut bend) = Junction::between(&known.end, start, &self.giver.limits);
+        known.end.become_last(&segment, length_mm);
+        let curved = End::first_of_curve(&segment, &known.end);
+        let start = curved.as_ref().unwrap_or(&known.end);
+        let Some(waiting) = self.waiting.replace(segment) else { return known.rest() };
+        let limits = &self.giver.limits;
+        known.junction = Junction::between(&before.end, start, limits, &mut known.bend);
         if self.giver.feed != Feed::LookAhead {
-            (junction, bend) = (junction.stopped(), None);
+            (known.junction, known.bend) = (known.junction.stopped(), None);
         }
-        let begun = self.giver.begin(before, known, bend.as_ref(), ahead);
-        *known = Known { index, end, junction, bend };
-        match begun {
+        match self.giver.begin(waiting, before, known.bend.as_ref(), ahead) {
             Begun::Given { is_at_seam: true } => known.rest(),
             Begun::Given { is_at_seam: false } => {}
             Begun::Cutting(cutting) => self.cutting = Some(cutting),
         }
+    }
+
+    /// Where it is known what the segment is that came last.
+    fn newest(&self) -> usize {
+        usize::from(self.index % 2 == 0)
     }
 
     fn next_part(&mut self, ahead: &mut LookAhead) {
@@ -157,7 +164,8 @@ impl<'a> Cutter<'a> {
         let bends = [bend_before.as_ref(), bend_after.as_ref().filter(|_| is_last)];
         cutting.is_at_seam = self.giver.give(piece, cutting.index, &cutting.tangent, bends, ahead);
         if cutting.is_at_seam && is_last {
-            self.known.rest();
+            let newest = self.newest();
+            self.known[newest].rest();
         }
         cutting.bends[0] = None;
         self.cutting = Some(cutting);
