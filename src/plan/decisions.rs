@@ -62,7 +62,8 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Decisions<'_, I> {
             return None;
         }
         match self.path.next() {
-            Some(Ok(item)) => self.cutter.push(item, &mut self.ahead),
+            Some(Ok(PathItem::Segment(segment))) => self.cutter.segment(segment, &mut self.ahead),
+            Some(Ok(PathItem::Event(event))) => self.cutter.event(event, &mut self.ahead),
             Some(Err(error)) => return Some(Err(error)),
             None if self.cutter.finish(&mut self.ahead) => {}
             None => {

@@ -9,7 +9,7 @@ use super::decisions::Decisions;
 use super::extreme::lesser;
 use super::limits::Limits;
 use super::lookahead::Timed;
-use super::{Feed, Moment, Planned, Profile, Ramp, Seams};
+use super::{Feed, Moment, Planned, Profile, Ramp, SeamKind, Seams};
 
 /// See [`super::plan`].
 #[derive(Debug)]
@@ -40,8 +40,13 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
     type Item = Result<Planned, E>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let timed = self.decisions.next_timed()?;
-        Some(timed.map(|timed| self.schedule.take(timed)))
+        let schedule = &mut self.schedule;
+        Some(match self.decisions.next_timed()? {
+            Ok(Timed::Run { profile, rests }) => Ok(Planned::Profile(schedule.run(profile, rests))),
+            Ok(Timed::Event(event)) => Ok(Planned::Event(schedule.event(*event))),
+            Ok(Timed::Seam(kind)) => Ok(Planned::Seam(schedule.seam(kind))),
+            Err(error) => Err(error),
+        })
     }
 }
 
@@ -84,30 +89,23 @@ impl Schedule {
         }
     }
 
-    #[inline]
-    fn take(&mut self, timed: Timed) -> Planned {
-        match timed {
-            Timed::Event(event) => self.event(*event),
-            Timed::Seam(kind) => {
-                self.start_buffer();
-                Planned::Seam(kind)
-            }
-            Timed::Run { profile, rests } => self.run(profile, rests),
-        }
-    }
-
     /// An event happens on a tick boundary. One that waits for a person ends the buffer, so that
     /// the nodes are idle while hands are in the machine.
-    fn event(&mut self, event: Event) -> Planned {
+    fn event(&mut self, event: Event) -> Event {
         self.wait_for_boundary();
         if event.kind.waits_for_person() {
             self.start_buffer();
         }
-        Planned::Event(event)
+        event
+    }
+
+    fn seam(&mut self, kind: SeamKind) -> SeamKind {
+        self.start_buffer();
+        kind
     }
 
     /// Puts a profile that begins now on the time axis, or at the next boundary if it has to wait for that.
-    fn run(&mut self, mut profile: Box<Profile>, rests: [bool; 2]) -> Planned {
+    fn run(&mut self, mut profile: Box<Profile>, rests: [bool; 2]) -> Box<Profile> {
         [profile.start, profile.end] = self.moments_of(&profile.ramp);
         profile.buffer = self.buffer;
         let has_to_wait = if self.has_ramps {
@@ -125,7 +123,7 @@ impl Schedule {
         } else {
             self.pass(&profile);
         }
-        Planned::Profile(profile)
+        profile
     }
 
     /// When a ramp starts and ends that starts now.

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use crate::base::Point;
-use crate::path::{Curve, PathItem, Segment};
+use crate::base::{Event, Point};
+use crate::path::{Curve, Segment};
 
 use super::cuts::{Cuts, Parts};
 use super::junction::{Bend, End, Junction};
@@ -92,15 +92,10 @@ impl<'a> Cutter<'a> {
         Cutter { giver, index: 0, waiting: None, known, cutting: None, stop: None }
     }
 
-    /// Takes an item of the path, once all that was cut before has been given.
-    pub fn push(&mut self, item: PathItem, ahead: &mut LookAhead) {
-        match item {
-            PathItem::Event(event) => {
-                self.stop = Some(Ahead::Event(Box::new(event)));
-                self.finish(ahead);
-            }
-            PathItem::Segment(segment) => self.segment(segment, ahead),
-        }
+    /// Takes an event of the path, once all that was cut before has been given.
+    pub fn event(&mut self, event: Event, ahead: &mut LookAhead) {
+        self.stop = Some(Ahead::Event(Box::new(event)));
+        self.finish(ahead);
     }
 
     /// No segment follows the one that waits. Tells whether there was one.
@@ -124,13 +119,14 @@ impl<'a> Cutter<'a> {
         stop.map(|stop| ahead.push(stop)).is_some()
     }
 
-    fn segment(&mut self, segment: Arc<Segment>, ahead: &mut LookAhead) {
+    /// Takes a segment of the path, once all that was cut before has been given.
+    pub fn segment(&mut self, segment: Arc<Segment>, ahead: &mut LookAhead) {
         let length_mm = segment.length_mm();
         if length_mm <= 0.0 {
             return;
         }
         let [even, odd] = &mut self.known;
-        let [before, known] = if self.index % 2 == 0 { [odd, even] } else { [even, odd] };
+        let [before, known] = if self.index.is_multiple_of(2) { [odd, even] } else { [even, odd] };
         known.index = self.index;
         self.index += 1;
         known.end.become_last(&segment, length_mm);
@@ -151,7 +147,7 @@ impl<'a> Cutter<'a> {
 
     /// Where it is known what the segment is that came last.
     fn newest(&self) -> usize {
-        usize::from(self.index % 2 == 0)
+        usize::from(self.index.is_multiple_of(2))
     }
 
     fn next_part(&mut self, ahead: &mut LookAhead) {
