@@ -11,6 +11,7 @@
 //!
 //! What is found has no valley but where the acceleration is steady: only its peaks are sharp.
 
+use super::super::piece::Piece;
 use super::Run;
 use super::lane::Lane;
 use super::stretch::{State, Stretch};
@@ -49,7 +50,7 @@ pub fn ceiling(plan: &[Lane], runs: &[Run]) -> Ceiling {
             let middle_mm = climb.stretches[1].from.at_mm;
             for (stretch, end_mm) in climb.stretches.into_iter().zip([middle_mm, state.at_mm]) {
                 if stretch.duration_s > 0.0 {
-                    put(&mut lanes, keep(stretch, end_mm).reversed());
+                    put(&mut lanes, keep(stretch, end_mm).reversed(), piece);
                 }
             }
             if follows && open_mm.is_none() {
@@ -61,13 +62,14 @@ pub fn ceiling(plan: &[Lane], runs: &[Run]) -> Ceiling {
     Ceiling { lanes, open_mm: open_mm.unwrap_or(f64::NEG_INFINITY) }
 }
 
-/// Puts a lane before others. Braking that goes on as before is one lane: each is looked at by every arc.
-fn put(lanes: &mut Vec<Lane>, lane: Lane) {
+/// Puts a lane before others. Braking that goes on as before is one lane: each is looked at by every arc. On a
+/// bent piece it is not, for there a lane's time says by how much its acceleration may step.
+fn put(lanes: &mut Vec<Lane>, lane: Lane, piece: &Piece) {
     let goes_on = |next: &&mut Lane| {
         let is_steady = lane.stretch.jerk_mm_s3 == 0.0 && next.stretch.jerk_mm_s3 == 0.0;
         let [before_mm_s2, after_mm_s2] =
             [lane.stretch, next.stretch].map(|stretch| stretch.from.accel_mm_s2);
-        is_steady && lane.run == next.run && before_mm_s2 == after_mm_s2
+        piece.is_straight() && is_steady && lane.run == next.run && before_mm_s2 == after_mm_s2
     };
     match lanes.last_mut().filter(goes_on) {
         Some(next) => {
