@@ -1,9 +1,8 @@
 //! Segment → its pieces, one at a time: a slow one has more than memory should hold.
 
-use std::sync::Arc;
 use std::vec;
 
-use crate::path::{Curve, Rates};
+use crate::path::{Curve, Rates, Segment};
 
 use super::junction::Junction;
 use super::limits::Limits;
@@ -66,12 +65,16 @@ impl Cuts {
 
     /// Of a whole arc or spline. Without ramps arcs are run at the speed that the whole of them can be run at,
     /// whatever accelerations that takes.
-    pub fn of_curve(mut whole: Box<Piece>, limits: &Limits, ramps: bool) -> Cuts {
-        let segment = Arc::clone(&whole.segment);
+    pub fn of_curve(
+        segment: &Segment,
+        mut whole: Box<Piece>,
+        limits: &Limits,
+        ramps: bool,
+    ) -> Cuts {
         if let Curve::Spline(spline) = &segment.curve {
             let mut pieces = Vec::new();
             let take = |piece| pieces.push(piece);
-            Piece::cut_spline(&segment, spline.spans(), limits, ramps, whole.junction, take);
+            Piece::cut_spline(segment, spline.spans(), limits, ramps, whole.junction, take);
             return Cuts::Many(Parts::Spline(pieces.into_iter()));
         }
         let turn_rad = match &segment.curve {
@@ -79,6 +82,7 @@ impl Cuts {
             Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
         };
         whole.hold_whole(&segment.axis_speeds(), limits);
+        whole.hold_chord(segment, limits);
         if !ramps {
             whole.without_ramps();
         }
@@ -96,11 +100,17 @@ impl Cuts {
 }
 
 impl Parts {
-    /// The next piece. That of a line ends at this share of the line's way, where a seam follows in it.
-    pub fn next(&mut self, limits: &Limits, seam: Option<f64>) -> Option<Box<Piece>> {
+    /// The next piece of the segment. That of a line ends at this share of the line's way, where a seam follows
+    /// in it.
+    pub fn next(
+        &mut self,
+        segment: &Segment,
+        limits: &Limits,
+        seam: Option<f64>,
+    ) -> Option<Box<Piece>> {
         match self {
             Parts::Line(parts) => parts.next(seam),
-            Parts::Equal(parts) => parts.next(limits),
+            Parts::Equal(parts) => parts.next(segment, limits),
             Parts::Spline(pieces) => pieces.next().map(Box::new),
         }
     }
@@ -128,7 +138,7 @@ impl EqualParts {
         Parts::Equal(Box::new(EqualParts { whole, length_mm, count, given: 0, rates }))
     }
 
-    fn next(&mut self, limits: &Limits) -> Option<Box<Piece>> {
+    fn next(&mut self, segment: &Segment, limits: &Limits) -> Option<Box<Piece>> {
         if self.given == self.count {
             return None;
         }
@@ -140,11 +150,10 @@ impl EqualParts {
             (part.shares, part.length_mm) = (shares, self.length_mm);
             return Some(part);
         };
-        let Piece { segment, junction, .. } = &mut *self.whole;
         let to = segment.rates_at(shares[1]);
         let ends = [std::mem::replace(rates, to), to];
         let mut part = Piece::bent(segment, shares, self.length_mm, &ends, limits);
-        part.junction = std::mem::replace(junction, Junction::STRAIGHT);
+        part.junction = std::mem::replace(&mut self.whole.junction, Junction::STRAIGHT);
         Some(Box::new(part))
     }
 }

@@ -16,7 +16,7 @@
 use std::collections::VecDeque;
 
 use crate::base::Machine;
-use crate::path::PathItem;
+use crate::path::{PathItem, Segment};
 
 use super::decisions::Decisions;
 use super::lookahead::Decided;
@@ -118,10 +118,11 @@ impl<I> Explainer<'_, I> {
         match decided {
             Decided::Event(_) | Decided::Seam(SeamKind::Rest) => self.rest(Bound::Stop),
             Decided::Seam(SeamKind::Rapid | SeamKind::Cut) => self.rest(Bound::Seam),
-            Decided::Piece { piece, ends_mm_s, ramp, at_seam } => {
+            Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } => {
                 if piece.shares[0] == 0.0 {
                     self.turn(&piece, Bound::of_ramp(&piece, &ramp));
                 }
+                self.begin(&segment, ends_mm_s[0]);
                 self.run(piece, ends_mm_s, &ramp, at_seam);
             }
         }
@@ -160,26 +161,31 @@ impl<I> Explainer<'_, I> {
         self.waiting = Some((speed, Behind { pieces: Vec::new(), enough: PIECES_MIN }));
     }
 
-    fn run(&mut self, piece: Box<Piece>, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
-        let start_limit_sq = piece.junction.speed_sq_max;
-        let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
-        let top_bound = Bound::of(&piece, ends_mm_s, ramp, at_seam);
-        let block = self.current.get_or_insert_with(|| Block {
+    /// A block is under way, if none was, from this speed on.
+    fn begin(&mut self, segment: &Segment, entry_mm_s: f64) {
+        self.current.get_or_insert_with(|| Block {
             speed: BlockSpeed {
-                line: piece.segment.line,
+                line: segment.line,
                 length_mm: 0.0,
-                feed_mm_s: piece.segment.feed_mm_s,
+                feed_mm_s: segment.feed_mm_s,
                 top_mm_s: 0.0,
-                top_bound,
+                top_bound: Bound::Stop,
                 candidates_mm_s: [0.0; 3],
                 end_mm_s: 0.0,
                 end_bound: Bound::Stop,
             },
-            reach_sq: ends_mm_s[0] * ends_mm_s[0],
-            cap_bound: top_bound,
+            reach_sq: entry_mm_s * entry_mm_s,
+            cap_bound: Bound::Stop,
             cap_sq: 0.0,
             ramp_bound: Bound::Jerk,
         });
+    }
+
+    fn run(&mut self, piece: Box<Piece>, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
+        let start_limit_sq = piece.junction.speed_sq_max;
+        let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
+        let top_bound = Bound::of(&piece, ends_mm_s, ramp, at_seam);
+        let Some(block) = &mut self.current else { return };
         block.reach_sq = piece.exit_sq_max(block.reach_sq.min(start_limit_sq), f64::INFINITY);
         (block.cap_sq, block.cap_bound) = (piece.ends_sq_max[1], piece.bounds[1]);
         block.ramp_bound = Bound::of_ramp(&piece, ramp);

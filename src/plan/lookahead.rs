@@ -32,7 +32,7 @@ use super::{Bound, Feed, Moment, Profile, Ramp, SeamKind};
 #[derive(Clone, Debug)]
 pub enum Ahead {
     /// A piece of the path, from rest or from the piece before. It stays where it lies until it is run.
-    Piece(Box<Piece>),
+    Piece(Arc<Segment>, Box<Piece>),
     /// Something that happens at rest.
     Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
@@ -44,6 +44,8 @@ pub enum Ahead {
 pub enum Decided {
     /// A piece of the path.
     Piece {
+        /// The segment that it is of.
+        segment: Arc<Segment>,
         /// The piece.
         piece: Box<Piece>,
         /// Speeds at its start and end.
@@ -77,8 +79,14 @@ pub enum Timed {
 
 impl Timed {
     #[inline]
-    fn run(piece: &Piece, ends_mm_s: [f64; 2], ramp: Ramp, at_seam: bool) -> Timed {
-        let (segment, shares) = (Arc::clone(&piece.segment), piece.shares);
+    fn run(
+        segment: Arc<Segment>,
+        piece: &Piece,
+        ends_mm_s: [f64; 2],
+        ramp: Ramp,
+        at_seam: bool,
+    ) -> Timed {
+        let shares = piece.shares;
         let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
         let ([start, end], buffer) = ([Moment::default(); 2], 0);
         let profile = Profile { segment, shares, ramp, start, end, buffer, bound };
@@ -92,8 +100,8 @@ impl From<Decided> for Timed {
         match decided {
             Decided::Event(event) => Timed::Event(event),
             Decided::Seam(kind) => Timed::Seam(kind),
-            Decided::Piece { piece, ends_mm_s, ramp, at_seam } => {
-                Timed::run(&piece, ends_mm_s, ramp, at_seam)
+            Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } => {
+                Timed::run(segment, &piece, ends_mm_s, ramp, at_seam)
             }
         }
     }
@@ -141,7 +149,7 @@ impl Queued {
     /// Square of the greatest speed at its start.
     fn entry_limit_sq(&self) -> f64 {
         match &self.item {
-            Ahead::Piece(piece) => lesser(piece.junction.speed_sq_max, piece.ends_sq_max[0]),
+            Ahead::Piece(_, piece) => lesser(piece.junction.speed_sq_max, piece.ends_sq_max[0]),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         }
     }
@@ -153,10 +161,10 @@ impl Decided {
         match item {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece(piece) => {
+            Ahead::Piece(segment, piece) => {
                 let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
                 let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { piece, ends_mm_s, ramp, at_seam: false }
+                Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam: false }
             }
         }
     }
@@ -185,22 +193,35 @@ impl LookAhead {
         }
     }
 
-    /// A piece that is a whole segment of this length, at its feed so far.
+    /// A piece that is a whole segment of this feed and length: no more than the feed holds it so far.
     #[inline]
-    pub fn piece(&mut self, segment: Arc<Segment>, length_mm: f64) -> Box<Piece> {
+    pub fn piece(&mut self, feed_mm_s: Option<f64>, length_mm: f64) -> Box<Piece> {
         let Some(mut piece) = self.spare.pop() else {
-            return Box::new(Piece::at_feed(segment, [0.0, 1.0], length_mm));
+            return Box::new(Piece::at_feed(feed_mm_s, [0.0, 1.0], length_mm));
         };
-        piece.renew(segment, length_mm);
+        piece.renew(feed_mm_s, length_mm);
         piece
     }
 
-    /// Takes the next item.
-    pub fn push(&mut self, item: Ahead) {
-        self.queue.push(Queued { item, entry_sq: 0.0 });
-        if self.has_ramps {
+    /// Takes the next piece, of a segment: both by themselves, which is in registers.
+    #[inline]
+    pub fn push_piece(&mut self, segment: Arc<Segment>, piece: Box<Piece>) {
+        let has_corner = piece.junction.turn_rad > 0.0;
+        self.queue.push(Queued { item: Ahead::Piece(segment, piece), entry_sq: 0.0 });
+        if has_corner && self.has_ramps {
             self.hold_corner();
         }
+        self.decide_in_time();
+    }
+
+    /// Takes the next item where the machine rests.
+    pub fn push_stop(&mut self, item: Ahead) {
+        self.queue.push(Queued { item, entry_sq: 0.0 });
+        self.decide_in_time();
+    }
+
+    #[inline]
+    fn decide_in_time(&mut self) {
         if self.queue.len() - self.given >= self.enough {
             self.decide();
         }
@@ -242,8 +263,9 @@ impl LookAhead {
         Some(match self.pop_front()? {
             Ahead::Event(event) => Timed::Event(event),
             Ahead::Seam(kind) => Timed::Seam(kind),
-            Ahead::Piece(piece) => {
-                let timed = Timed::run(&piece, ends_mm_s, piece.ramp(ends_mm_s), at_seam);
+            Ahead::Piece(segment, piece) => {
+                let ramp = piece.ramp(ends_mm_s);
+                let timed = Timed::run(segment, &piece, ends_mm_s, ramp, at_seam);
                 self.spare.push(piece);
                 timed
             }
@@ -259,9 +281,9 @@ impl LookAhead {
         Some(match self.pop_front()? {
             Ahead::Event(event) => Decided::Event(event),
             Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece(piece) => {
+            Ahead::Piece(segment, piece) => {
                 let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { piece, ends_mm_s, ramp, at_seam }
+                Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam }
             }
         })
     }
@@ -304,7 +326,7 @@ impl LookAhead {
         let mut exit_sq = 0.0;
         for queued in self.queue.iter_mut().rev() {
             exit_sq = match &queued.item {
-                Ahead::Piece(piece) => piece.entry_sq_max(exit_sq, piece.junction.speed_sq_max),
+                Ahead::Piece(_, piece) => piece.entry_sq_max(exit_sq, piece.junction.speed_sq_max),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
             queued.entry_sq = exit_sq;
@@ -322,7 +344,7 @@ impl LookAhead {
             let Some((_, next)) = queue.peek() else { break };
             let backward_sq = next.entry_sq;
             entry_sq = match &queued.item {
-                Ahead::Piece(piece) => piece.exit_sq_max(entry_sq, backward_sq),
+                Ahead::Piece(_, piece) => piece.exit_sq_max(entry_sq, backward_sq),
                 Ahead::Event(_) | Ahead::Seam(_) => 0.0,
             };
             if i < open_from && (entry_sq < backward_sq || entry_sq >= next.entry_limit_sq()) {
@@ -336,7 +358,7 @@ impl LookAhead {
     fn open_from(&self) -> usize {
         let mut left_mm = 0.0;
         for (i, queued) in self.queue.iter().enumerate().rev() {
-            let Ahead::Piece(piece) = &queued.item else { return i };
+            let Ahead::Piece(_, piece) = &queued.item else { return i };
             if left_mm * left_mm > piece.speed_sq_max() * self.tick_s * self.tick_s {
                 return i;
             }
@@ -356,14 +378,10 @@ impl LookAhead {
     /// ```
     fn hold_corner(&mut self) {
         let newest = self.queue.len() - 1;
-        let Ahead::Piece(piece) = &self.queue[newest].item else { return };
-        if piece.junction.turn_rad == 0.0 {
-            return;
-        }
         let tick_s_sq = self.tick_s * self.tick_s;
-        let (mut turn_rad, mut span_mm, mut fastest_sq) = (0.0, 0.0, piece.speed_sq_max());
+        let (mut turn_rad, mut span_mm, mut fastest_sq) = (0.0, 0.0, self.piece_sq(newest));
         for first in (0..=newest).rev() {
-            let Ahead::Piece(piece) = &self.queue[first].item else { break };
+            let Ahead::Piece(_, piece) = &self.queue[first].item else { break };
             if first < newest {
                 span_mm += piece.length_mm;
                 let is_past = span_mm * span_mm > piece.speed_sq_max() * tick_s_sq;
@@ -397,7 +415,7 @@ impl LookAhead {
     /// Square of the speed that all of a piece can be run at; 0 of anything else.
     fn piece_sq(&self, index: usize) -> f64 {
         match &self.queue[index].item {
-            Ahead::Piece(piece) => piece.speed_sq_max(),
+            Ahead::Piece(_, piece) => piece.speed_sq_max(),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         }
     }
@@ -405,7 +423,7 @@ impl LookAhead {
     /// The share of the path tolerance for the corners at the starts of two items.
     fn corner_share(&self, first: usize, last: usize) -> f64 {
         let is_line = |i: usize| match &self.queue[i].item {
-            Ahead::Piece(piece) => matches!(piece.segment.curve, Curve::Line),
+            Ahead::Piece(segment, _) => matches!(segment.curve, Curve::Line),
             Ahead::Event(_) | Ahead::Seam(_) => true,
         };
         let has_lines_only = (first.saturating_sub(1)..=last).all(is_line);
@@ -416,7 +434,7 @@ impl LookAhead {
     fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
         let around = first.saturating_sub(1)..=last;
         let accel = |i: usize| match &self.queue[i].item {
-            Ahead::Piece(piece) => piece.accel_max_mm_s2(),
+            Ahead::Piece(_, piece) => piece.accel_max_mm_s2(),
             Ahead::Event(_) | Ahead::Seam(_) => 0.0,
         };
         let accel_mm_s2 = around.map(accel).fold(0.0, f64::max);
@@ -425,7 +443,7 @@ impl LookAhead {
         let speed_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
         let speed_sq = speed_mm_s * speed_mm_s;
         for i in first..=last {
-            let Ahead::Piece(piece) = &mut self.queue[i].item else { continue };
+            let Ahead::Piece(_, piece) = &mut self.queue[i].item else { continue };
             let junction = &mut piece.junction;
             if speed_sq < junction.speed_sq_max {
                 junction.speed_sq_max = speed_sq;

@@ -8,8 +8,6 @@
 //! parametrisation; Bobrow, Dubowsky and Gibson, 1985), which has to stay within its limit at both
 //! ends: two linear conditions on (u₀, u₁) an axis.
 
-use std::sync::Arc;
-
 use crate::base::{Axis, Point};
 use crate::path::{Curve, Rates, RatesRef, Segment, Span};
 
@@ -43,8 +41,6 @@ pub const SPEEDS_EQUAL: f64 = 1e-7;
 /// A piece of a segment, to be run with one change of speed.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    /// The segment.
-    pub segment: Arc<Segment>,
     /// Where on the segment the piece starts and ends, as shares of its way.
     pub shares: [f64; 2],
     /// Its length, as feed counts it.
@@ -60,10 +56,19 @@ pub struct Piece {
     grip: Grip,
 }
 
+/// How a bent piece is cut.
+struct Cut<'a> {
+    segment: &'a Segment,
+    /// So many parts at least.
+    least: f64,
+    limits: &'a Limits,
+    ramps: bool,
+}
+
 impl Piece {
     /// A spline span by span: its corners and cusps lie between them.
     pub(super) fn cut_spline(
-        segment: &Arc<Segment>,
+        segment: &Segment,
         spans: &[Span],
         limits: &Limits,
         ramps: bool,
@@ -99,22 +104,17 @@ impl Piece {
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
             piece.junction = junction;
-            piece.split(least, ends, limits, ramps, &mut |mut piece| {
+            let cut = Cut { segment, least, limits, ramps };
+            piece.split(&cut, ends, &mut |mut piece| {
                 piece.bounded_by(limit_sq, Bound::Chord);
                 take(piece);
             });
         }
     }
 
-    /// Gives out a bent piece in equal parts, so many at least.
-    fn split(
-        self,
-        least: f64,
-        ends: [Rates; 2],
-        limits: &Limits,
-        ramps: bool,
-        take: &mut impl FnMut(Piece),
-    ) {
+    /// Gives out a bent piece in equal parts.
+    fn split(self, cut: &Cut<'_>, ends: [Rates; 2], take: &mut impl FnMut(Piece)) {
+        let &Cut { segment, least, limits, ramps } = cut;
         let count = self.least_count(limits).max(least).ceil() as u64;
         if count == 1 {
             return take(self);
@@ -128,7 +128,7 @@ impl Piece {
         for k in 0..count {
             let part = [k, k + 1].map(|k| ends[0].toward(&ends[1], at(k)));
             let shares = [share(k), share(k + 1)];
-            let mut piece = Piece::bent(&self.segment, shares, length_mm, &part, limits);
+            let mut piece = Piece::bent(segment, shares, length_mm, &part, limits);
             if !ramps {
                 piece.grip = Grip::FREE;
             }
@@ -141,7 +141,7 @@ impl Piece {
     /// are points of one. The axes' step of speed is made at the speed of that junction, in the time that
     /// the line takes, faster between its ends: so much acceleration does it take from the line.
     pub fn bend(&mut self, tangent: &Point, bends: [Option<&Bend>; 2], limits: &Limits) {
-        if bends == [None; 2] || !matches!(self.segment.curve, Curve::Line) {
+        if bends == [None; 2] {
             return;
         }
         let ends = bends.map(|bend| RatesRef {
@@ -181,7 +181,6 @@ impl Piece {
     /// be run at and, on a line, the acceleration.
     #[inline]
     pub(super) fn hold_whole(&mut self, rates: &Point, limits: &Limits) {
-        let feed_mm_s = self.segment.feed_mm_s.unwrap_or(f64::INFINITY);
         let (mut slow_s_mm, mut bound, mut held_s2_mm) = (0.0, Bound::Feed, 0.0);
         for limit in &limits.axes {
             let rate = rates[limit.axis].abs();
@@ -191,10 +190,10 @@ impl Piece {
             }
             held_s2_mm = greater(held_s2_mm, rate * limit.per_accel_s2_mm);
         }
-        if slow_s_mm * feed_mm_s > 1.0 {
-            self.bounded_by(1.0 / (slow_s_mm * slow_s_mm), bound);
+        let slow_sq = slow_s_mm * slow_s_mm;
+        if slow_sq * self.speed_sq_max() > 1.0 {
+            self.bounded_by(1.0 / slow_sq, bound);
         }
-        self.hold_chord(limits);
         if limits.has_jerk {
             self.jerk = JerkLimit::straight(rates, limits);
         }
@@ -202,13 +201,13 @@ impl Piece {
     }
 
     pub(super) fn bent(
-        segment: &Arc<Segment>,
+        segment: &Segment,
         shares: [f64; 2],
         length_mm: f64,
         ends: &[Rates; 2],
         limits: &Limits,
     ) -> Piece {
-        let mut piece = Piece::at_feed(Arc::clone(segment), shares, length_mm);
+        let mut piece = Piece::at_feed(segment.feed_mm_s, shares, length_mm);
         let ends = ends.each_ref().map(Rates::by_ref);
         for limit in &limits.axes {
             let axis = limit.axis;
@@ -219,7 +218,7 @@ impl Piece {
             piece.hold_ends(curved_sq, Bound::Curvature(axis));
         }
         match &segment.curve {
-            Curve::Line | Curve::Arc(_) => piece.hold_chord(limits),
+            Curve::Line | Curve::Arc(_) => piece.hold_chord(segment, limits),
             Curve::Spline(_) => piece.hold_sagitta(ends, limits),
         }
         piece.hold_jerk(ends, limits);
@@ -236,11 +235,10 @@ impl Piece {
         }
     }
 
-    /// At the feed of its segment, whatever the axes say.
-    pub(super) fn at_feed(segment: Arc<Segment>, shares: [f64; 2], length_mm: f64) -> Piece {
-        let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
+    /// At a feed, or as fast as can be, whatever the axes say.
+    pub(super) fn at_feed(feed_mm_s: Option<f64>, shares: [f64; 2], length_mm: f64) -> Piece {
+        let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         Piece {
-            segment,
             shares,
             length_mm,
             ends_sq_max: [feed_mm_s * feed_mm_s; 2],
@@ -254,9 +252,9 @@ impl Piece {
     /// The same of a whole segment, where another piece has been: field by field, since a piece is more than
     /// what changes.
     #[inline]
-    pub(super) fn renew(&mut self, segment: Arc<Segment>, length_mm: f64) {
-        let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
-        (self.segment, self.shares, self.length_mm) = (segment, [0.0, 1.0], length_mm);
+    pub(super) fn renew(&mut self, feed_mm_s: Option<f64>, length_mm: f64) {
+        let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
+        (self.shares, self.length_mm) = ([0.0, 1.0], length_mm);
         (self.ends_sq_max, self.bounds) = ([feed_mm_s * feed_mm_s; 2], [Bound::Feed; 2]);
         (self.jerk, self.junction, self.grip) = (JerkLimit::NONE, Junction::STRAIGHT, Grip::FREE);
     }
@@ -269,13 +267,13 @@ impl Piece {
 
     /// Holds the speed at which a tick turns a curve so far that its chord is off by its share of
     /// the path tolerance. The sagitta over an angle θ is at most r·θ²/8; a circle is 2r wide.
-    fn hold_chord(&mut self, limits: &Limits) {
-        let Curve::Arc(arc) = &self.segment.curve else { return };
+    pub(super) fn hold_chord(&mut self, segment: &Segment, limits: &Limits) {
+        let Curve::Arc(arc) = &segment.curve else { return };
         let off_mm = CHORD_SHARE * limits.path_tolerance_mm;
         let radius_mm = arc.radius_max_mm();
         if 2.0 * radius_mm > off_mm {
             let angle_rad = (8.0 * off_mm / radius_mm).sqrt();
-            let mm_a_rad = self.segment.length_mm() / arc.sweep_rad.abs();
+            let mm_a_rad = segment.length_mm() / arc.sweep_rad.abs();
             let speed_mm_s = mm_a_rad * angle_rad / limits.tick_s;
             self.bounded_by(speed_mm_s * speed_mm_s, Bound::Chord);
         }

@@ -187,11 +187,11 @@ impl Places {
                     _ => {}
                 }
             }
-            Decided::Piece { piece, ends_mm_s, ramp, .. } => {
+            Decided::Piece { segment, piece, ends_mm_s, ramp, .. } => {
                 if piece.shares[0] == 0.0 {
-                    self.end_block(piece.segment.feed_mm_s.is_none());
+                    self.end_block(segment.feed_mm_s.is_none());
                 }
-                self.run(piece, ends_mm_s[1] == 0.0, ramp);
+                self.run(&segment, piece, ends_mm_s[1] == 0.0, ramp);
             }
         }
     }
@@ -216,13 +216,13 @@ impl Places {
         }
     }
 
-    fn run(&mut self, piece: Box<Piece>, rests: bool, ramp: Ramp) {
+    fn run(&mut self, segment: &Segment, piece: Box<Piece>, rests: bool, ramp: Ramp) {
         self.catch_up(&piece, rests, &ramp);
-        self.line = piece.segment.line;
+        self.line = segment.line;
         self.at_ticks += ramp.duration_s() / self.tick_s;
-        self.moving = self.moving.union(moving(&piece.segment));
-        let (share, is_rapid) = (piece.shares[1], piece.segment.feed_mm_s.is_none());
-        let takes_long = self.takes_long(&piece);
+        self.moving = self.moving.union(moving(segment));
+        let (share, is_rapid) = (piece.shares[1], segment.feed_mm_s.is_none());
+        let takes_long = self.takes_long(segment, &piece);
         self.behind.push_back(Run { piece, ramp });
         if share == 1.0 {
             self.ended = Some(EndedBlock { is_rapid, rests });
@@ -232,8 +232,8 @@ impl Places {
         }
     }
 
-    fn takes_long(&self, piece: &Piece) -> bool {
-        let length_mm = piece.segment.length_mm();
+    fn takes_long(&self, segment: &Segment, piece: &Piece) -> bool {
+        let length_mm = segment.length_mm();
         let ticks = length_mm / piece.speed_sq_max().sqrt() / self.tick_s;
         ticks > LONG_SHARE * self.ticks_max
     }

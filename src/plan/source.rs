@@ -44,6 +44,7 @@ struct Known {
 /// A segment that is cut into more than one piece.
 #[derive(Debug)]
 struct Cutting {
+    segment: Arc<Segment>,
     index: u64,
     tangent: Point,
     /// How the path bends where the next piece begins, and where the last one ends.
@@ -51,6 +52,15 @@ struct Cutting {
     parts: Parts,
     /// A node buffer ends where the last piece did.
     is_at_seam: bool,
+}
+
+/// What a piece is of.
+struct Of<'a> {
+    segment: Arc<Segment>,
+    /// The segment's number.
+    index: u64,
+    /// At its end; on a line, everywhere.
+    tangent: &'a Point,
 }
 
 /// What a segment has come to.
@@ -116,7 +126,7 @@ impl<'a> Cutter<'a> {
             return true;
         }
         let stop = self.stop.take();
-        stop.map(|stop| ahead.push(stop)).is_some()
+        stop.map(|stop| ahead.push_stop(stop)).is_some()
     }
 
     /// Takes a segment of the path, once all that was cut before has been given.
@@ -158,7 +168,9 @@ impl<'a> Cutter<'a> {
         }
         let [bend_before, bend_after] = &cutting.bends;
         let bends = [bend_before.as_ref(), bend_after.as_ref().filter(|_| is_last)];
-        cutting.is_at_seam = self.giver.give(piece, cutting.index, &cutting.tangent, bends, ahead);
+        let Cutting { segment, index, tangent, .. } = &*cutting;
+        let of = Of { segment: Arc::clone(segment), index: *index, tangent };
+        cutting.is_at_seam = self.giver.give(piece, of, bends, ahead);
         if cutting.is_at_seam && is_last {
             let newest = self.newest();
             self.known[newest].rest();
@@ -180,9 +192,9 @@ impl Giver<'_> {
     ) -> Begun {
         let ramps = self.feed != Feed::Constant;
         let &Known { index, ref end, junction, ref bend } = known;
-        let mut whole = ahead.piece(segment, end.length_mm);
+        let mut whole = ahead.piece(segment.feed_mm_s, end.length_mm);
         whole.junction = junction;
-        let cuts = if matches!(whole.segment.curve, Curve::Line) {
+        let cuts = if matches!(segment.curve, Curve::Line) {
             whole.hold_whole(&end.tangent, &self.limits);
             if !ramps {
                 whole.without_ramps();
@@ -190,17 +202,18 @@ impl Giver<'_> {
             let seam = self.seams.map(|seams| seams.within(self.next_seam, index));
             Cuts::of_line(whole, &self.limits, seam.map(|seam| seam.is_some()))
         } else {
-            Cuts::of_curve(whole, &self.limits, ramps)
+            Cuts::of_curve(&segment, whole, &self.limits, ramps)
         };
         match cuts {
             Cuts::One(piece) => {
                 let bends = [bend.as_ref(), bend_after];
-                let is_at_seam = self.give(piece, index, &end.tangent, bends, ahead);
+                let of = Of { segment, index, tangent: &end.tangent };
+                let is_at_seam = self.give(piece, of, bends, ahead);
                 Begun::Given { is_at_seam }
             }
             Cuts::Many(parts) => {
                 let (tangent, bends) = (end.tangent, [*bend, bend_after.copied()]);
-                let cutting = Cutting { index, tangent, bends, parts, is_at_seam: false };
+                let cutting = Cutting { segment, index, tangent, bends, parts, is_at_seam: false };
                 Begun::Cutting(Box::new(cutting))
             }
         }
@@ -209,32 +222,30 @@ impl Giver<'_> {
     /// The next piece of what is being cut, and whether it is the last.
     fn next_of(&self, cutting: &mut Cutting) -> Option<(Box<Piece>, bool)> {
         let seam = self.seams.and_then(|seams| seams.within(self.next_seam, cutting.index));
-        let piece = cutting.parts.next(&self.limits, seam)?;
+        let piece = cutting.parts.next(&cutting.segment, &self.limits, seam)?;
         let is_last = piece.shares[1] == 1.0;
         Some((piece, is_last))
     }
 
-    /// Gives a piece of the segment of this number with the bends at its ends, and the seam behind it.
-    /// Tells whether there is one.
+    /// Gives a piece of a segment with the bends at its ends, and the seam behind it. Tells whether there is one.
     #[inline]
     fn give(
         &mut self,
         mut piece: Box<Piece>,
-        index: u64,
-        tangent: &Point,
+        Of { segment, index, tangent }: Of<'_>,
         [bend_before, bend_after]: [Option<&Bend>; 2],
         ahead: &mut LookAhead,
     ) -> bool {
         let end = piece.shares[1];
         let seam = self.seams.and_then(|seams| seams.at(self.next_seam, index, end));
-        if self.feed != Feed::Constant {
+        if self.feed != Feed::Constant && matches!(segment.curve, Curve::Line) {
             let bend_after = bend_after.filter(|_| seam.is_none());
             piece.bend(tangent, [bend_before, bend_after], &self.limits);
         }
-        ahead.push(Ahead::Piece(piece));
+        ahead.push_piece(segment, piece);
         let Some(kind) = seam else { return false };
         self.next_seam += 1;
-        ahead.push(Ahead::Seam(kind));
+        ahead.push_stop(Ahead::Seam(kind));
         true
     }
 }

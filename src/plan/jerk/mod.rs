@@ -25,10 +25,12 @@ pub use limit::JerkLimit;
 pub use stretch::{SAME, State, Stretch};
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use super::Ramp;
 use super::lookahead::Decided;
 use super::piece::Piece;
+use crate::path::Segment;
 use round::{Part, Rounding};
 
 /// Pieces that are smoothed together at least: so many that the passes' overhead is spread.
@@ -37,6 +39,7 @@ const RUNS_MIN: usize = 256;
 /// A piece with the speeds that constant accelerations give it.
 #[derive(Debug)]
 struct Run {
+    segment: Arc<Segment>,
     piece: Box<Piece>,
     ramp: Ramp,
     at_seam: bool,
@@ -85,10 +88,10 @@ impl Smoother {
 
     /// Takes the next item. The path ends at rest.
     pub fn push(&mut self, decided: Decided) {
-        let Decided::Piece { piece, ends_mm_s, ramp, at_seam } = decided else {
+        let Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } = decided else {
             return self.ready.push_back(decided);
         };
-        self.runs.push(Run { piece, ramp, at_seam });
+        self.runs.push(Run { segment, piece, ramp, at_seam });
         if ends_mm_s[1] == 0.0 {
             self.smooth(true);
             self.state = State::default();
@@ -148,8 +151,8 @@ impl Smoother {
             let ramp = Ramp::along(run.piece.length_mm, &stretches);
             let ends_mm_s = [entry_mm_s, exit_mm_s];
             entry_mm_s = exit_mm_s;
-            let Run { piece, at_seam, .. } = run;
-            let decided = Decided::Piece { piece, ends_mm_s, ramp, at_seam };
+            let Run { segment, piece, at_seam, .. } = run;
+            let decided = Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam };
             self.ready.push_back(decided);
         }
     }
@@ -180,6 +183,8 @@ fn certain(parts: &[Part], ends_mm: &[f64], open_mm: f64) -> usize {
 mod tests {
     use super::*;
     use crate::base::{Axis, Machine, Plane, Point};
+    use std::sync::Arc as Shared;
+
     use crate::path::{Arc, Curve, Segment};
     use crate::plan::cuts::Cuts;
     use crate::plan::limits::Limits;
@@ -204,26 +209,26 @@ mod tests {
             let (line, corner) = (k + 1, Default::default());
             let curve = Curve::Arc(arc);
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
-            let segment = std::sync::Arc::new(segment);
-            let length_mm = segment.length_mm();
-            let whole = Piece::at_feed(segment, [0.0, 1.0], length_mm);
-            let cuts = Cuts::of_curve(Box::new(whole), limits, true);
+            let whole = Box::new(Piece::at_feed(None, [0.0, 1.0], segment.length_mm()));
+            let cuts = Cuts::of_curve(&segment, whole, limits, true);
             let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
-            pieces.extend(std::iter::from_fn(|| parts.next(limits, None)));
+            let segment = Shared::new(segment);
+            let next = || Some((Shared::clone(&segment), parts.next(&segment, limits, None)?));
+            pieces.extend(std::iter::from_fn(next));
         }
         let mut speeds_sq = vec![0.0; pieces.len() + 1];
         for i in (1..pieces.len()).rev() {
-            let before = pieces[i - 1].ends_sq_max[1];
-            speeds_sq[i] = pieces[i].entry_sq_max(speeds_sq[i + 1], before);
+            let before = pieces[i - 1].1.ends_sq_max[1];
+            speeds_sq[i] = pieces[i].1.entry_sq_max(speeds_sq[i + 1], before);
         }
         for i in 1..pieces.len() {
-            speeds_sq[i] = pieces[i - 1].exit_sq_max(speeds_sq[i - 1], speeds_sq[i]);
+            speeds_sq[i] = pieces[i - 1].1.exit_sq_max(speeds_sq[i - 1], speeds_sq[i]);
         }
         let ends = |i: usize| [speeds_sq[i].sqrt(), speeds_sq[i + 1].sqrt()];
-        let decide = |(i, piece): (usize, Box<Piece>)| {
+        let decide = |(i, (segment, piece)): (usize, (Shared<Segment>, Box<Piece>))| {
             let (ends_mm_s, at_seam) = (ends(i), false);
             let ramp = piece.ramp(ends_mm_s);
-            Decided::Piece { piece, ends_mm_s, ramp, at_seam }
+            Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam }
         };
         pieces.into_iter().enumerate().map(decide).collect()
     }
