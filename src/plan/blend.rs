@@ -252,7 +252,7 @@ impl<'a> Turn<'a> {
         let start = End::first_of_curve(after, &last).unwrap_or(last);
         let junction = Junction::between(&end, &start, limits, &mut None);
         let tick_s = limits.tick_s;
-        let tick_mm_s = 4.0 * limits.path_tolerance_mm / junction.turn_rad / tick_s;
+        let tick_mm_s = 4.0 * limits.path_tolerance_mm / junction.turn.rad() / tick_s;
         let corner_mm_s = junction.speed_sq_max.sqrt().min(tick_mm_s);
         if corner_mm_s >= sides[0].speed_mm_s.min(sides[1].speed_mm_s) {
             return None;

@@ -34,8 +34,44 @@ pub struct Junction {
     pub speed_sq_max: f64,
     /// What sets it.
     pub bound: Bound,
-    /// Angle between the directions in X, Y and Z, for the chords that ticks make of it.
-    pub turn_rad: f64,
+    /// How the path turns there, for the chords that ticks make of it.
+    pub turn: Turn,
+}
+
+/// An angle between two directions in X, Y and Z; none where one of them does not move these. Few are ever
+/// asked for: the products that they follow from are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    cross_sq: f64,
+    dot: f64,
+}
+
+impl Turn {
+    /// Straight on.
+    pub const NONE: Turn = Turn { cross_sq: 0.0, dot: 1.0 };
+
+    fn between(a: &Point, b: &Point) -> Turn {
+        let ([ax, ay, az], [bx, by, bz]) = (a.xyz(), b.xyz());
+        let [x, y, z] = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
+        Turn { cross_sq: x * x + y * y + z * z, dot: ax * bx + ay * by + az * bz }
+    }
+
+    /// Whether it is no more than rounding makes of none.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.dot >= 0.0 && self.cross_sq <= STRAIGHT * STRAIGHT * self.dot * self.dot
+    }
+
+    /// The angle. A small one, x by its tangent, is x - x³/3 + x⁵/5 - x⁷/7: what is left out is below 1e-13 of it.
+    pub fn rad(&self) -> f64 {
+        let (sin, cos) = (self.cross_sq.sqrt(), self.dot);
+        if sin >= SMALL * cos {
+            return libm::atan2(sin, cos);
+        }
+        let tan = sin / cos;
+        let sq = tan * tan;
+        tan * (1.0 - sq * (1.0 / 3.0 - sq * (1.0 / 5.0 - sq / 7.0)))
+    }
 }
 
 /// How the path bends in a junction that is less a corner than a point of a chopped curve. It takes its
@@ -94,15 +130,15 @@ impl End {
 
 impl Junction {
     /// Where the machine is at rest anyway.
-    pub const REST: Junction = Junction { speed_sq_max: 0.0, bound: Bound::Stop, turn_rad: 0.0 };
+    pub const REST: Junction = Junction { speed_sq_max: 0.0, bound: Bound::Stop, turn: Turn::NONE };
 
     /// Where nothing changes.
     pub const STRAIGHT: Junction =
-        Junction { speed_sq_max: f64::INFINITY, bound: Bound::Feed, turn_rad: 0.0 };
+        Junction { speed_sq_max: f64::INFINITY, bound: Bound::Feed, turn: Turn::NONE };
 
     /// The same, at rest.
     pub fn stopped(self) -> Junction {
-        Junction { turn_rad: self.turn_rad, ..Junction::REST }
+        Junction { turn: self.turn, ..Junction::REST }
     }
 
     /// Between two segments, and how the path bends there.
@@ -151,7 +187,7 @@ impl Junction {
                 }
             }
         }
-        let mut junction = Junction { turn_rad: angle(a, b), ..Junction::STRAIGHT };
+        let mut junction = Junction { turn: Turn::between(a, b), ..Junction::STRAIGHT };
         if jump_s_mm == 0.0 {
             return junction;
         }
@@ -189,21 +225,4 @@ impl Junction {
         self.speed_sq_max = speed_mm_s * speed_mm_s;
         is_curve
     }
-}
-
-/// The angle between two directions in X, Y and Z; 0 where one of them does not move these. A small one, x
-/// by its tangent, is x - x³/3 + x⁵/5 - x⁷/7: what is left out is below 1e-13 of it.
-fn angle(a: &Point, b: &Point) -> f64 {
-    let [a, b] = [a, b].map(|tangent| Axis::LINEAR.map(|axis| tangent[axis]));
-    let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let (sin, cos) = (dot(&cross, &cross).sqrt(), dot(&a, &b));
-    let turn_rad = if sin < SMALL * cos {
-        let tan = sin / cos;
-        let sq = tan * tan;
-        tan * (1.0 - sq * (1.0 / 3.0 - sq * (1.0 / 5.0 - sq / 7.0)))
-    } else {
-        libm::atan2(sin, cos)
-    };
-    if turn_rad > STRAIGHT { turn_rad } else { 0.0 }
 }

@@ -17,6 +17,8 @@
 //! rest at the end of what is known is as fast there as one that need not be. Memory is that of
 //! the way that braking takes, v²/2a.
 
+use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::base::Event;
@@ -206,7 +208,7 @@ impl LookAhead {
     /// Takes the next piece, of a segment: both by themselves, which is in registers.
     #[inline]
     pub fn push_piece(&mut self, segment: Arc<Segment>, piece: Box<Piece>) {
-        let has_corner = piece.junction.turn_rad > 0.0;
+        let has_corner = !piece.junction.turn.is_none();
         self.queue.push(Queued { item: Ahead::Piece(segment, piece), entry_sq: 0.0 });
         if has_corner && self.has_ramps {
             self.hold_corner();
@@ -379,7 +381,9 @@ impl LookAhead {
     fn hold_corner(&mut self) {
         let newest = self.queue.len() - 1;
         let tick_s_sq = self.tick_s * self.tick_s;
-        let (mut turn_rad, mut span_mm, mut fastest_sq) = (0.0, 0.0, self.piece_sq(newest));
+        let (mut span_mm, mut fastest_sq) = (0.0, self.piece_sq(newest));
+        // How far the path turns, from this item on.
+        let (mut turn_rad, mut turn_from) = (0.0, newest + 1);
         for first in (0..=newest).rev() {
             let Ahead::Piece(_, piece) = &self.queue[first].item else { break };
             if first < newest {
@@ -391,25 +395,37 @@ impl LookAhead {
             }
             let before_sq = first.checked_sub(1).map_or(0.0, |before| self.piece_sq(before));
             fastest_sq = greater(fastest_sq, before_sq);
-            if piece.junction.turn_rad == 0.0 {
-                continue;
-            }
-            turn_rad = lesser(turn_rad + piece.junction.turn_rad, std::f64::consts::PI);
             let tick_sq = fastest_sq * tick_s_sq;
             let is_cut = |way_mm: f64| tick_sq > way_mm * way_mm;
-            let way_mm = |share: f64| {
-                let off_mm = share * self.tolerance_mm;
-                greater(4.0 * off_mm / turn_rad + 0.5 * span_mm, span_mm)
-            };
-            if is_cut(way_mm(CORNER_SHARE)) {
-                let way_mm = way_mm(self.corner_share(first, newest));
-                if is_cut(way_mm) {
-                    self.hold_window(first, newest, way_mm);
-                    let around = first.saturating_sub(1)..=newest;
-                    fastest_sq = around.map(|i| self.piece_sq(i)).fold(0.0, greater);
-                }
+            // Of half a turn first: most corners are passed so slowly that none matters.
+            if piece.junction.turn.is_none() || !is_cut(self.way_mm(CORNER_SHARE, PI, span_mm)) {
+                continue;
+            }
+            turn_rad = lesser(turn_rad + self.turn_rad(first..turn_from), PI);
+            turn_from = first;
+            let way_mm = self.way_mm(self.corner_share(first, newest), turn_rad, span_mm);
+            if is_cut(way_mm) {
+                self.hold_window(first, newest, way_mm);
+                let around = first.saturating_sub(1)..=newest;
+                fastest_sq = around.map(|i| self.piece_sq(i)).fold(0.0, greater);
             }
         }
+    }
+
+    /// How far a tick may go that turns so far within a span, at this share of the tolerance.
+    #[inline]
+    fn way_mm(&self, share: f64, turn_rad: f64, span_mm: f64) -> f64 {
+        let off_mm = share * self.tolerance_mm;
+        greater(4.0 * off_mm / turn_rad + 0.5 * span_mm, span_mm)
+    }
+
+    /// How far the path turns at the starts of items.
+    fn turn_rad(&self, items: Range<usize>) -> f64 {
+        let turn_rad = |queued: &Queued| match &queued.item {
+            Ahead::Piece(_, piece) if !piece.junction.turn.is_none() => piece.junction.turn.rad(),
+            Ahead::Piece(..) | Ahead::Event(_) | Ahead::Seam(_) => 0.0,
+        };
+        self.queue[items].iter().map(turn_rad).sum()
     }
 
     /// Square of the speed that all of a piece can be run at; 0 of anything else.
