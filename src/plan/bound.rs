@@ -41,9 +41,22 @@ impl Bound {
     /// What sets the greatest speed of a piece that is run by a ramp between these speeds, perhaps
     /// from or to a stop that only a seam asks for.
     pub(super) fn of(piece: &Piece, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) -> Bound {
-        match piece.bound(ends_mm_s, ramp) {
-            Bound::Acceleration if at_seam => Bound::Seam,
+        match Bound::without_jerk(piece, ends_mm_s, ramp.peak_mm_s(), at_seam) {
             Bound::Acceleration => Bound::of_ramp(piece, ramp),
+            bound => bound,
+        }
+    }
+
+    /// The same where no axis has a limit on jerk.
+    #[inline]
+    pub(super) fn without_jerk(
+        piece: &Piece,
+        ends_mm_s: [f64; 2],
+        peak_mm_s: f64,
+        at_seam: bool,
+    ) -> Bound {
+        match piece.bound(ends_mm_s, peak_mm_s) {
+            Bound::Acceleration if at_seam => Bound::Seam,
             bound => bound,
         }
     }

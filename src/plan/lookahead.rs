@@ -83,16 +83,13 @@ impl Timed {
     #[inline]
     fn run(
         segment: Arc<Segment>,
-        piece: &Piece,
+        shares: [f64; 2],
         ends_mm_s: [f64; 2],
         ramp: Ramp,
-        at_seam: bool,
+        bound: Bound,
     ) -> Timed {
-        let shares = piece.shares;
-        let bound = Bound::of(piece, ends_mm_s, &ramp, at_seam);
         let ([start, end], buffer) = ([Moment::default(); 2], 0);
-        let profile = Profile { segment, shares, ramp, start, end, buffer, bound };
-        let profile = Box::write(Box::new_uninit(), profile);
+        let profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
         Timed::Run { profile, rests: ends_mm_s.map(|end| end == 0.0) }
     }
 }
@@ -103,7 +100,8 @@ impl From<Decided> for Timed {
             Decided::Event(event) => Timed::Event(event),
             Decided::Seam(kind) => Timed::Seam(kind),
             Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } => {
-                Timed::run(segment, &piece, ends_mm_s, ramp, at_seam)
+                let bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
+                Timed::run(segment, piece.shares, ends_mm_s, ramp, bound)
             }
         }
     }
@@ -266,8 +264,10 @@ impl LookAhead {
             Ahead::Event(event) => Timed::Event(event),
             Ahead::Seam(kind) => Timed::Seam(kind),
             Ahead::Piece(segment, piece) => {
-                let ramp = piece.ramp(ends_mm_s);
-                let timed = Timed::run(segment, &piece, ends_mm_s, ramp, at_seam);
+                let (ramp, shares) = (piece.ramp(ends_mm_s), piece.shares);
+                let peak_mm_s = ramp.peak_mm_s();
+                let bound = Bound::without_jerk(&piece, ends_mm_s, peak_mm_s, at_seam);
+                let timed = Timed::run(segment, shares, ends_mm_s, ramp, bound);
                 self.spare.push(piece);
                 timed
             }

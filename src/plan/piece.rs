@@ -369,8 +369,9 @@ impl Piece {
         }
     }
 
-    /// What sets its greatest speed where it is run by a ramp between these speeds.
-    pub fn bound(&self, ends_mm_s: [f64; 2], ramp: &Ramp) -> Bound {
+    /// What sets its greatest speed where it is run between these speeds with this peak.
+    #[inline]
+    pub fn bound(&self, ends_mm_s: [f64; 2], peak_mm_s: f64) -> Bound {
         let is_reached = |speed_mm_s: f64, limit_sq: f64| {
             speed_mm_s * speed_mm_s >= limit_sq * (1.0 - SPEEDS_EQUAL)
         };
@@ -381,8 +382,8 @@ impl Piece {
         }
         let slow = usize::from(self.ends_sq_max[1] < self.ends_sq_max[0]);
         let is_below = |speed_mm_s: f64| speed_mm_s * speed_mm_s <= self.speed_sq_max();
-        let cruises = ends_mm_s.into_iter().all(is_below)
-            && is_reached(ramp.peak_mm_s(), self.speed_sq_max());
+        let cruises =
+            ends_mm_s.into_iter().all(is_below) && is_reached(peak_mm_s, self.speed_sq_max());
         if cruises { self.bounds[slow] } else { Bound::Acceleration }
     }
 
