@@ -143,9 +143,14 @@ struct Queued {
     item: Ahead,
     /// Square of the speed at its start: the backward curve, then what is planned.
     entry_sq: f64,
+    /// The speed that is planned.
+    entry_mm_s: f64,
 }
 
 impl Queued {
+    const EMPTY: Queued =
+        Queued { item: Ahead::Seam(SeamKind::Rest), entry_sq: 0.0, entry_mm_s: 0.0 };
+
     /// Square of the greatest speed at its start.
     fn entry_limit_sq(&self) -> f64 {
         match &self.item {
@@ -207,7 +212,8 @@ impl LookAhead {
     #[inline]
     pub fn push_piece(&mut self, segment: Arc<Segment>, piece: Box<Piece>) {
         let has_corner = !piece.junction.turn.is_none();
-        self.queue.push(Queued { item: Ahead::Piece(segment, piece), entry_sq: 0.0 });
+        let slot = self.slot();
+        slot.item = Ahead::Piece(segment, piece);
         if has_corner && self.has_ramps {
             self.hold_corner();
         }
@@ -216,8 +222,16 @@ impl LookAhead {
 
     /// Takes the next item where the machine rests.
     pub fn push_stop(&mut self, item: Ahead) {
-        self.queue.push(Queued { item, entry_sq: 0.0 });
+        self.slot().item = item;
         self.decide_in_time();
+    }
+
+    /// A place for the next item, which is filled where it lies.
+    #[inline]
+    fn slot(&mut self) -> &mut Queued {
+        let newest = self.queue.len();
+        self.queue.push(Queued::EMPTY);
+        &mut self.queue[newest]
     }
 
     #[inline]
@@ -296,9 +310,9 @@ impl LookAhead {
     fn front_speeds(&self) -> Option<([f64; 2], bool)> {
         let front = self.queue[..self.decided].get(self.given)?;
         let next = self.queue.get(self.given + 1);
-        let squares = [front.entry_sq, next.map_or(0.0, |next| next.entry_sq)];
+        let ends_mm_s = [front.entry_mm_s, next.map_or(0.0, |next| next.entry_mm_s)];
         let at_seam = self.is_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
-        Some((squares.map(f64::sqrt), at_seam))
+        Some((ends_mm_s, at_seam))
     }
 
     /// Gives the next item, if its speeds are decided.
@@ -342,7 +356,7 @@ impl LookAhead {
         let open_from = self.open_from();
         let mut queue = self.queue.iter_mut().enumerate().peekable();
         while let Some((i, queued)) = queue.next() {
-            queued.entry_sq = entry_sq;
+            (queued.entry_sq, queued.entry_mm_s) = (entry_sq, entry_sq.sqrt());
             let Some((_, next)) = queue.peek() else { break };
             let backward_sq = next.entry_sq;
             entry_sq = match &queued.item {
