@@ -33,7 +33,7 @@ use crate::base::{Axis, AxisMap, Point, Spline};
 use crate::path::{Arc, Corner, Curve, MeasuredSpline, PathItem, Rates, Segment};
 
 use super::Feed;
-use super::junction::{End, Junction};
+use super::junction::{End, Joint};
 use super::limits::Limits;
 
 /// Share of `path_tolerance_mm` that is left for the chords that ticks make of the curve.
@@ -250,7 +250,9 @@ impl<'a> Turn<'a> {
         let sides = [side(before, &rates[0], limits), side(after, &rates[1], limits)];
         let [end, last] = [before, after].map(|segment| End::last(segment, segment.length_mm()));
         let start = End::first_of_curve(after, &last).unwrap_or(last);
-        let junction = Junction::between(&end, &start, limits, &mut None);
+        let mut joint = Joint::REST;
+        joint.join(&end, &start, limits);
+        let junction = joint.junction;
         let tick_s = limits.tick_s;
         let tick_mm_s = 4.0 * limits.path_tolerance_mm / junction.turn.rad() / tick_s;
         let corner_mm_s = junction.speed_sq_max.sqrt().min(tick_mm_s);

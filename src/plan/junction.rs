@@ -136,38 +136,64 @@ impl Junction {
     pub const STRAIGHT: Junction =
         Junction { speed_sq_max: f64::INFINITY, bound: Bound::Feed, turn: Turn::NONE };
 
-    /// The same, at rest.
-    pub fn stopped(self) -> Junction {
-        Junction { turn: self.turn, ..Junction::REST }
+    /// Leaves room for the neighbours' steps of speed, where verify's widest window sees both, and
+    /// tells whether it is a point of a chopped curve.
+    fn share(&mut self, lengths_mm: [f64; 2], fastest_mm_s: f64, window_s: f64) -> bool {
+        let jump_mm_s = self.speed_sq_max.sqrt();
+        let window_mm = lesser(jump_mm_s, fastest_mm_s) * window_s;
+        let [shorter_mm, longer_mm] =
+            [lesser(lengths_mm[0], lengths_mm[1]), greater(lengths_mm[0], lengths_mm[1])];
+        if shorter_mm >= window_mm {
+            return false;
+        }
+        let is_curve = longer_mm < window_mm;
+        let share = if is_curve { 0.5 * (shorter_mm + longer_mm) / longer_mm } else { 0.5 };
+        let speed_mm_s = greater(share * jump_mm_s, lesser(jump_mm_s, shorter_mm / window_s));
+        self.speed_sq_max = speed_mm_s * speed_mm_s;
+        is_curve
     }
+}
 
-    /// Between two segments, and how the path bends there.
-    pub fn between(
-        before: &End,
-        after: &End,
-        limits: &Limits,
-        bend: &mut Option<Bend>,
-    ) -> Junction {
+/// How two ways join. It is found where it stays: what is copied right behind its making takes as long as
+/// the making.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint {
+    /// How fast the path may be there.
+    pub junction: Junction,
+    /// How it bends, where that is less a corner than a point of a chopped curve.
+    pub bend: Option<Bend>,
+}
+
+impl Joint {
+    /// Where the machine is at rest anyway.
+    pub const REST: Joint = Joint { junction: Junction::REST, bend: None };
+
+    /// Becomes that between two segments.
+    pub fn join(&mut self, before: &End, after: &End, limits: &Limits) {
         let lengths_mm = [before.length_mm, after.length_mm];
         let feed_mm_s = lesser(before.feed_mm_s, after.feed_mm_s);
-        let tangents = [&before.tangent, &after.tangent];
-        let junction = Junction::at(tangents, lengths_mm, feed_mm_s, limits, bend);
-        if !before.stops {
-            return junction;
+        self.join_at([&before.tangent, &after.tangent], lengths_mm, feed_mm_s, limits);
+        if before.stops {
+            self.stop();
         }
-        *bend = None;
-        junction.stopped()
     }
 
-    /// Where the derivatives change; between ways of these lengths, at this speed at most. Told is also how
-    /// the path bends there.
-    pub fn at(
+    /// The machine stops there, however the path turns.
+    pub fn stop(&mut self) {
+        let turn = self.junction.turn;
+        *self = Joint::REST;
+        self.junction.turn = turn;
+    }
+
+    /// Becomes that where the derivatives change, between ways of these lengths, at this speed at most.
+    pub fn join_at(
+        &mut self,
         [a, b]: [&Point; 2],
         lengths_mm: [f64; 2],
         feed_mm_s: f64,
         limits: &Limits,
-        bend: &mut Option<Bend>,
-    ) -> Junction {
+    ) {
+        let Joint { junction, bend } = self;
         *bend = None;
         let mean_mm = 0.5 * (lengths_mm[0] + lengths_mm[1]);
         // The inverse of the speed that jumps allow, and that of the square of the one that accelerations
@@ -187,9 +213,9 @@ impl Junction {
                 }
             }
         }
-        let mut junction = Junction { turn: Turn::between(a, b), ..Junction::STRAIGHT };
+        *junction = Junction { turn: Turn::between(a, b), ..Junction::STRAIGHT };
         if jump_s_mm == 0.0 {
-            return junction;
+            return;
         }
         let is_jump = spread_s2_mm <= jump_s_mm * jump_s_mm * mean_mm;
         (junction.speed_sq_max, junction.bound) = if is_jump {
@@ -201,28 +227,10 @@ impl Junction {
         let is_long = lesser(lengths_mm[0], lengths_mm[1]) * jump_s_mm >= limits.window_s;
         let fastest_mm_s = || lesser(feed_mm_s, limits.fastest_mm_s(a, b));
         if is_long || !junction.share(lengths_mm, fastest_mm_s(), limits.window_s) {
-            return junction;
+            return;
         }
         let per_mean_mm = 1.0 / mean_mm;
         let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) * per_mean_mm);
         *bend = Some(Bend { per_mm, speed_sq_max: junction.speed_sq_max });
-        junction
-    }
-
-    /// Leaves room for the neighbours' steps of speed, where verify's widest window sees both, and
-    /// tells whether it is a point of a chopped curve.
-    fn share(&mut self, lengths_mm: [f64; 2], fastest_mm_s: f64, window_s: f64) -> bool {
-        let jump_mm_s = self.speed_sq_max.sqrt();
-        let window_mm = lesser(jump_mm_s, fastest_mm_s) * window_s;
-        let [shorter_mm, longer_mm] =
-            [lesser(lengths_mm[0], lengths_mm[1]), greater(lengths_mm[0], lengths_mm[1])];
-        if shorter_mm >= window_mm {
-            return false;
-        }
-        let is_curve = longer_mm < window_mm;
-        let share = if is_curve { 0.5 * (shorter_mm + longer_mm) / longer_mm } else { 0.5 };
-        let speed_mm_s = greater(share * jump_mm_s, lesser(jump_mm_s, shorter_mm / window_s));
-        self.speed_sq_max = speed_mm_s * speed_mm_s;
-        is_curve
     }
 }

@@ -14,7 +14,7 @@ use crate::path::{Curve, Rates, RatesRef, Segment, Span};
 use super::extreme::{greater, lesser};
 use super::grip::Grip;
 use super::jerk::JerkLimit;
-use super::junction::{Bend, Junction};
+use super::junction::{Bend, Joint, Junction};
 use super::limits::{AxisLimits, Limits};
 use super::{Bound, Ramp, hairpin};
 
@@ -86,7 +86,9 @@ impl Piece {
                 rates.follow(span, 0);
                 let feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
                 let tangents = [&before.tangent, &rates.tangent];
-                Junction::at(tangents, [length_mm; 2], feed_mm_s, limits, &mut None)
+                let mut joint = Joint::REST;
+                joint.join_at(tangents, [length_mm; 2], feed_mm_s, limits);
+                joint.junction
             });
             let share = |at_mm: f64| at_mm / length_mm;
             let is_last = number == spans.len();

@@ -7,7 +7,7 @@ use crate::base::{Event, Point};
 use crate::path::{Curve, Segment};
 
 use super::cuts::{Cuts, Parts};
-use super::junction::{Bend, End, Junction};
+use super::junction::{Bend, End, Joint, Junction};
 use super::limits::Limits;
 use super::lookahead::{Ahead, LookAhead};
 use super::piece::Piece;
@@ -37,8 +37,7 @@ struct Known {
     /// On a line its start has the same tangent.
     end: End,
     /// At its start.
-    junction: Junction,
-    bend: Option<Bend>,
+    joint: Joint,
 }
 
 /// A segment that is cut into more than one piece.
@@ -86,11 +85,11 @@ struct Giver<'a> {
 }
 
 impl Known {
-    const NONE: Known = Known { index: 0, end: End::NONE, junction: Junction::REST, bend: None };
+    const NONE: Known = Known { index: 0, end: End::NONE, joint: Joint::REST };
 
     /// The machine has come to rest at its start.
     fn rest(&mut self) {
-        (self.junction, self.bend) = (Junction::REST, None);
+        self.joint = Joint::REST;
     }
 }
 
@@ -144,11 +143,11 @@ impl<'a> Cutter<'a> {
         let start = curved.as_ref().unwrap_or(&known.end);
         let Some(waiting) = self.waiting.replace(segment) else { return known.rest() };
         let limits = &self.giver.limits;
-        known.junction = Junction::between(&before.end, start, limits, &mut known.bend);
+        known.joint.join(&before.end, start, limits);
         if self.giver.feed != Feed::LookAhead {
-            (known.junction, known.bend) = (known.junction.stopped(), None);
+            known.joint.stop();
         }
-        match self.giver.begin(waiting, before, known.bend.as_ref(), ahead) {
+        match self.giver.begin(waiting, before, known.joint.bend.as_ref(), ahead) {
             Begun::Given { is_at_seam: true } => known.rest(),
             Begun::Given { is_at_seam: false } => {}
             Begun::Cutting(cutting) => self.cutting = Some(cutting),
@@ -191,7 +190,7 @@ impl Giver<'_> {
         ahead: &mut LookAhead,
     ) -> Begun {
         let ramps = self.feed != Feed::Constant;
-        let &Known { index, ref end, junction, ref bend } = known;
+        let &Known { index, ref end, joint: Joint { junction, ref bend } } = known;
         let mut whole = ahead.piece(segment.feed_mm_s, end.length_mm);
         whole.junction = junction;
         let cuts = if matches!(segment.curve, Curve::Line) {
