@@ -103,11 +103,28 @@ fn dda(segments: &[Segment], machine: &Machine, ticks: u64) -> i64 {
     sum
 }
 
-/// Planning alone.
-fn profiles(segments: &[Segment], machine: &Machine) -> usize {
+/// Planning alone: of so many segments that are there already, again and again the same.
+fn profiles(items: &[PathItem], count: usize, machine: &Machine) -> usize {
+    let path = items.iter().cycle().take(count).cloned().map(Ok::<_, Infallible>);
     let start = machine.work_zero_mm;
-    let path = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
     plan::plan(path, machine, Feed::LookAhead, Seams::NONE, start).map(black_box).count()
+}
+
+/// A circle that closes, in chords.
+fn chopped_circle(count: u32, feed_mm_s: f64, machine: &Machine) -> Vec<Segment> {
+    let at = |k: u32| {
+        let angle_rad = f64::from(k % count) / f64::from(count) * std::f64::consts::TAU;
+        let mut at_mm = machine.work_zero_mm;
+        at_mm[Axis::X] += 30.0 * angle_rad.cos() - 30.0;
+        at_mm[Axis::Y] += 30.0 * angle_rad.sin();
+        at_mm
+    };
+    let (feed_mm_s, curve, corner) = (Some(feed_mm_s), Curve::Line, Default::default());
+    let chord = |k| {
+        let (from_mm, to_mm, curve) = (at(k), at(k + 1), curve.clone());
+        Segment { line: 1, feed_mm_s, from_mm, to_mm, curve, corner }
+    };
+    (0..count).map(chord).collect()
 }
 
 /// The same machine without limits on jerk.
@@ -170,9 +187,16 @@ fn interpolate(criterion: &mut Criterion) {
     group.finish();
     let mut group = criterion.benchmark_group("plan");
     let router = without_jerk(&Machine::load("router").expect("a built-in profile"));
-    let straight = there_and_back(line([0.3, 0.2, 0.0], &router), 100_000);
-    group.throughput(Throughput::Elements(straight.len() as u64)).sample_size(10);
-    group.bench_function("segments", |b| b.iter(|| profiles(&straight, &router)));
+    const SEGMENTS: usize = 200_000;
+    group.throughput(Throughput::Elements(SEGMENTS as u64)).sample_size(10);
+    let cases = [
+        ("segments", there_and_back(line([0.3, 0.2, 0.0], &router), 1000)),
+        ("chords of a curve", chopped_circle(1000, 300.0, &router)),
+    ];
+    for (name, segments) in cases {
+        let items: Vec<PathItem> = segments.into_iter().map(PathItem::from).collect();
+        group.bench_function(name, |b| b.iter(|| profiles(&items, SEGMENTS, &router)));
+    }
     group.finish();
     let mut group = criterion.benchmark_group("text");
     const BLOCKS: u32 = 100_000;

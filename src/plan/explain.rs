@@ -163,7 +163,7 @@ impl<I> Explainer<'_, I> {
 
     /// A block is under way, if none was, from this speed on.
     fn begin(&mut self, segment: &Segment, entry_mm_s: f64) {
-        self.current.get_or_insert_with(|| Block {
+        self.current.get_or_insert(Block {
             speed: BlockSpeed {
                 line: segment.line,
                 length_mm: 0.0,
