@@ -208,12 +208,11 @@ impl LookAhead {
         piece
     }
 
-    /// Takes the next piece, of a segment: both by themselves, which is in registers.
+    /// Takes the next piece, of a segment.
     #[inline]
     pub fn push_piece(&mut self, segment: Arc<Segment>, piece: Box<Piece>) {
         let has_corner = !piece.junction.turn.is_none();
-        let slot = self.slot();
-        slot.item = Ahead::Piece(segment, piece);
+        self.slot().item = Ahead::Piece(segment, piece);
         if has_corner && self.has_ramps {
             self.hold_corner();
         }
@@ -226,7 +225,8 @@ impl LookAhead {
         self.decide_in_time();
     }
 
-    /// A place for the next item, which is filled where it lies.
+    /// A place for the next item, which is filled where it lies: made elsewhere and moved here it would be read
+    /// back before it is written.
     #[inline]
     fn slot(&mut self) -> &mut Queued {
         let newest = self.queue.len();
@@ -282,7 +282,10 @@ impl LookAhead {
                 let peak_mm_s = ramp.peak_mm_s();
                 let bound = Bound::without_jerk(&piece, ends_mm_s, peak_mm_s, at_seam);
                 let timed = Timed::run(segment, shares, ends_mm_s, ramp, bound);
-                self.spare.push(piece);
+                // Those that arcs were cut into are more than whole segments ask for again.
+                if self.spare.len() < self.enough {
+                    self.spare.push(piece);
+                }
                 timed
             }
         })

@@ -4,8 +4,8 @@
 //! begin anew at each block. The passes, each in its file:
 //!
 //! 1. `blend`: corners under G64 rounded within their tolerance;
-//! 2. `limits`, `cuts`, `piece`: segments cut so short that one acceleration does for a piece, and how fast axes,
-//!    bus and tick let it go;
+//! 2. `limits`, `cuts`, `piece`, `grip`: segments cut so short that one acceleration does for a piece, how fast
+//!    axes, bus and tick let it go, and which changes of speed the axes can follow;
 //! 3. `junction`: how fast the path may be where segments meet;
 //! 4. `lookahead`: the greatest speeds within all that, over the whole program;
 //! 5. `jerk`: where axes have a limit on jerk, accelerations that change evenly;
