@@ -123,11 +123,7 @@ impl Segment {
         if !matches!(self.curve, Curve::Line) {
             return self.point_at(share).xyz();
         }
-        let [from_mm, to_mm] = [self.from_mm.xyz(), self.to_mm.xyz()];
-        match share {
-            1.0.. => to_mm,
-            share => std::array::from_fn(|i| from_mm[i] + (to_mm[i] - from_mm[i]) * share),
-        }
+        std::array::from_fn(|i| self.line_at(i, share))
     }
 
     /// Position of an axis, by its number, after a share of the straight way between the ends: of one in

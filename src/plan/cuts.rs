@@ -58,8 +58,7 @@ impl Cuts {
         match has_seam {
             Some(false) => Cuts::One(whole),
             Some(true) => Cuts::Many(Parts::Line(LineParts { whole, share: 0.0 })),
-            None if whole.least_count(limits) <= 1.0 => Cuts::One(whole),
-            None => Cuts::Many(EqualParts::parts(whole, 1.0, None, limits)),
+            None => Cuts::even(whole, limits),
         }
     }
 
@@ -92,6 +91,11 @@ impl Cuts {
             let rates = segment.rates_at(0.0);
             return Cuts::Many(EqualParts::parts(whole, least, Some(rates), limits));
         }
+        Cuts::even(whole, limits)
+    }
+
+    /// Of what its axes feel the same along: as many parts as a buffer can end between.
+    fn even(whole: Box<Piece>, limits: &Limits) -> Cuts {
         if whole.least_count(limits) <= 1.0 {
             return Cuts::One(whole);
         }

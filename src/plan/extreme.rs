@@ -1,5 +1,5 @@
 //! The lesser and the greater of two numbers, where neither is NaN: an instruction each, of which `f64::min`
-//! and `f64::max` take six, and a piece asks for some sixty.
+//! and `f64::max` take six.
 
 /// The lesser of both.
 #[inline]

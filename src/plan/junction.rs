@@ -154,8 +154,8 @@ impl Junction {
     }
 }
 
-/// How two ways join. It is found where it stays: what is copied right behind its making takes as long as
-/// the making.
+/// How two ways join. It is found where it stays: copied right behind its making it would be read back before
+/// it is written.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
     /// How fast the path may be there.
@@ -232,5 +232,26 @@ impl Joint {
         let per_mean_mm = 1.0 / mean_mm;
         let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) * per_mean_mm);
         *bend = Some(Bend { per_mm, speed_sq_max: junction.speed_sq_max });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn turns_are_angles(angle_rad in 0.0..std::f64::consts::PI, scale in 0_i32..8) {
+            let angle_rad = angle_rad * 0.1_f64.powi(scale);
+            let toward = |angle_rad: f64| {
+                let mut tangent = Point::ZERO;
+                (tangent[Axis::Y], tangent[Axis::Z]) = (libm::cos(angle_rad), libm::sin(angle_rad));
+                tangent
+            };
+            let turn = Turn::between(&toward(0.0), &toward(angle_rad));
+            prop_assert!((turn.rad() - angle_rad).abs() <= 1e-12 * angle_rad.max(1e-3));
+            prop_assert_eq!(turn.is_none(), angle_rad <= STRAIGHT);
+        }
     }
 }

@@ -24,6 +24,7 @@ use std::sync::Arc;
 use crate::base::Event;
 use crate::path::{Curve, Segment};
 
+use super::corner::CORNER_SHARE;
 use super::extreme::{greater, lesser};
 use super::jerk::Smoother;
 use super::limits::Limits;
@@ -110,10 +111,8 @@ impl From<Decided> for Timed {
 /// Items that are looked at together at least: so many that the passes' overhead is spread.
 const ITEMS_MIN: usize = 64;
 
-/// Share of `path_tolerance_mm` for corners within a tick beside curves, whose chords need the rest.
-const CORNER_SHARE: f64 = 0.5;
-
-/// The same among lines: but for rounding all of it.
+/// Share of `path_tolerance_mm` for corners within a tick among lines: but for rounding all of it. Beside curves
+/// it is [`CORNER_SHARE`].
 const LINES_SHARE: f64 = 0.98;
 
 /// Looks ahead over a stream of pieces.
