@@ -3,7 +3,7 @@
 
 use std::convert::Infallible;
 use std::f64::consts::TAU;
-use std::sync::Arc as Shared;
+use std::rc::Rc;
 
 use cnc::base::{Axis, AxisSet, Machine, Plane, Point};
 use cnc::path::{Arc, Curve, PathItem, Segment};
@@ -58,7 +58,7 @@ impl Pen {
         ];
         self.go([0.0; 3], feed_mm_s);
         let Some(PathItem::Segment(segment)) = self.path.last_mut() else { return };
-        let segment = Shared::make_mut(segment);
+        let segment = Rc::make_mut(segment);
         let end_rad = angle_from_rad + sweep_rad;
         segment.to_mm[x] = center_mm[0] + radius_mm * end_rad.cos();
         segment.to_mm[y] = center_mm[1] + radius_mm * end_rad.sin();

@@ -16,7 +16,7 @@ pub use spline::{MeasuredSpline, Span};
 
 pub use crate::interp::Corner;
 
-use std::sync::Arc as Shared;
+use std::rc::Rc;
 
 use crate::base::Machine;
 use crate::base::machine::Rapid;
@@ -43,7 +43,7 @@ fn rapid(step: &Move, machine: &Machine) -> Option<Segment> {
     let dogleg = dogleg::dogleg(&step.from, &step.to, machine);
     let segment = segment(step)?;
     Some(match dogleg.as_ref().and_then(MeasuredSpline::new) {
-        Some(spline) => Segment { curve: Curve::Spline(Shared::new(spline)), ..segment },
+        Some(spline) => Segment { curve: Curve::Spline(Rc::new(spline)), ..segment },
         None => segment,
     })
 }
@@ -54,7 +54,7 @@ pub fn segment(step: &Move) -> Option<Segment> {
         MoveKind::Rapid | MoveKind::Line { .. } if step.from == step.to => return None,
         MoveKind::Rapid | MoveKind::Line { .. } => Curve::Line,
         MoveKind::Arc { .. } => Curve::Arc(arc(step)?),
-        MoveKind::Spline { curve, .. } => Curve::Spline(Shared::new(MeasuredSpline::new(curve)?)),
+        MoveKind::Spline { curve, .. } => Curve::Spline(Rc::new(MeasuredSpline::new(curve)?)),
     };
     Some(Segment {
         line: step.line,

@@ -8,7 +8,7 @@
 //!       |    ( ·center )        u = 0 at the start, 1 at the end
 //! ```
 
-use std::sync::Arc as Shared;
+use std::rc::Rc;
 
 use super::MeasuredSpline;
 use crate::base::{Axis, AxisMap, Event, Plane, Point};
@@ -18,14 +18,14 @@ use crate::interp::Corner;
 #[derive(Clone, Debug, PartialEq)]
 pub enum PathItem {
     /// A piece of the path: shared, since every stage behind looks at it.
-    Segment(Shared<Segment>),
+    Segment(Rc<Segment>),
     /// Something that happens between two pieces.
     Event(Event),
 }
 
 impl From<Segment> for PathItem {
     fn from(segment: Segment) -> PathItem {
-        PathItem::Segment(Shared::new(segment))
+        PathItem::Segment(Rc::new(segment))
     }
 }
 
@@ -54,7 +54,7 @@ pub enum Curve {
     /// Circular in a plane, linear in all other axes.
     Arc(Arc),
     /// A spline in X, Y and Z; all other axes rest.
-    Spline(Shared<MeasuredSpline>),
+    Spline(Rc<MeasuredSpline>),
 }
 
 /// The circular part of an arc or helix.

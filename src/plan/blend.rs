@@ -26,7 +26,7 @@
 use std::array;
 use std::collections::VecDeque;
 use std::iter::Fuse;
-use std::sync::Arc as Shared;
+use std::rc::Rc;
 
 use crate::base::axis::AXES;
 use crate::base::{Axis, AxisMap, Point, Spline};
@@ -92,7 +92,7 @@ pub struct Blended<I> {
 /// What is left of a segment: the way from a share of it on.
 #[derive(Debug)]
 struct Rest {
-    segment: Shared<Segment>,
+    segment: Rc<Segment>,
     from: f64,
 }
 
@@ -130,7 +130,7 @@ impl<I> Blended<I> {
         self.is_on && may_be_cut(segment)
     }
 
-    fn segment(&mut self, segment: Shared<Segment>) {
+    fn segment(&mut self, segment: Rc<Segment>) {
         let mut from = 0.0;
         let curve = self
             .before
@@ -164,7 +164,7 @@ impl<I> Blended<I> {
         if rest.from < to {
             let whole = rest.from == 0.0 && to == 1.0;
             self.ready.push_back(if whole {
-                PathItem::Segment(Shared::clone(&rest.segment))
+                PathItem::Segment(Rc::clone(&rest.segment))
             } else {
                 part(&rest.segment, [rest.from, to]).into()
             });
@@ -469,7 +469,7 @@ fn half(block: &Segment, points: [Point; 4]) -> Option<Segment> {
         feed_mm_s: block.feed_mm_s,
         from_mm,
         to_mm,
-        curve: Curve::Spline(Shared::new(MeasuredSpline::new(&spline)?)),
+        curve: Curve::Spline(Rc::new(MeasuredSpline::new(&spline)?)),
         corner: Corner::Exact,
     })
 }

@@ -7,7 +7,7 @@ use super::blend::{Blended, blended};
 use super::limits::Limits;
 use super::lookahead::{Decided, LookAhead, Timed};
 use super::source::Cutter;
-use super::{Feed, Seams};
+use super::{Feed, Profile, Seams};
 
 /// The decisions of the look-ahead over a path, in order; errors of the path pass through.
 #[derive(Debug)]
@@ -40,12 +40,12 @@ impl<'a, I> Decisions<'a, I> {
 }
 
 impl<E, I: Iterator<Item = Result<PathItem, E>>> Decisions<'_, I> {
-    /// The next item with its motion alone.
+    /// The next item with its motion alone, which a profile becomes.
     #[inline]
-    pub fn next_timed(&mut self) -> Option<Result<Timed, E>> {
+    pub fn next_timed(&mut self, profile: &mut Profile) -> Option<Result<Timed, E>> {
         loop {
             if self.ahead.may_pop()
-                && let Some(timed) = self.ahead.pop_timed()
+                && let Some(timed) = self.ahead.pop_timed(profile)
             {
                 return Some(Ok(timed));
             }

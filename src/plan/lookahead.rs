@@ -19,7 +19,7 @@
 
 use std::f64::consts::PI;
 use std::ops::Range;
-use std::sync::Arc;
+use std::rc::Rc;
 
 use crate::base::Event;
 use crate::path::{Curve, Segment};
@@ -29,13 +29,13 @@ use super::extreme::{greater, lesser};
 use super::jerk::Smoother;
 use super::limits::Limits;
 use super::piece::Piece;
-use super::{Bound, Feed, Moment, Profile, Ramp, SeamKind};
+use super::{Bound, Feed, Profile, Ramp, SeamKind};
 
 /// An item on its way to the schedule.
 #[derive(Clone, Debug)]
 pub enum Ahead {
     /// A piece of the path, from rest or from the piece before. It stays where it lies until it is run.
-    Piece(Arc<Segment>, Box<Piece>),
+    Piece(Rc<Segment>, Box<Piece>),
     /// Something that happens at rest.
     Event(Box<Event>),
     /// A node buffer ends and the next begins, at rest.
@@ -48,7 +48,7 @@ pub enum Decided {
     /// A piece of the path.
     Piece {
         /// The segment that it is of.
-        segment: Arc<Segment>,
+        segment: Rc<Segment>,
         /// The piece.
         piece: Box<Piece>,
         /// Speeds at its start and end.
@@ -64,15 +64,13 @@ pub enum Decided {
     Seam(SeamKind),
 }
 
-/// An item with its motion: what the schedule puts on the time axis.
+/// An item whose motion is decided: what the schedule puts on the time axis.
 #[derive(Clone, Debug)]
 pub enum Timed {
-    /// Motion along a piece of a segment.
+    /// Motion along a piece of a segment, which a profile has become: all but when it is and in which buffer.
     Run {
-        /// All but when it is and in which buffer.
-        profile: Box<Profile>,
-        /// It begins, and ends, at rest.
-        rests: [bool; 2],
+        /// It ends at rest.
+        rests_at_end: bool,
     },
     /// Something that happens at rest.
     Event(Box<Event>),
@@ -80,31 +78,25 @@ pub enum Timed {
     Seam(SeamKind),
 }
 
-impl Timed {
-    #[inline]
-    fn run(
-        segment: Arc<Segment>,
-        shares: [f64; 2],
-        ends_mm_s: [f64; 2],
-        ramp: Ramp,
-        bound: Bound,
-    ) -> Timed {
-        let ([start, end], buffer) = ([Moment::default(); 2], 0);
-        let profile = Box::new(Profile { segment, shares, ramp, start, end, buffer, bound });
-        Timed::Run { profile, rests: ends_mm_s.map(|end| end == 0.0) }
-    }
-}
-
-impl From<Decided> for Timed {
-    fn from(decided: Decided) -> Timed {
-        match decided {
+impl Decided {
+    /// Its motion alone.
+    fn timed(self, profile: &mut Profile) -> Timed {
+        match self {
             Decided::Event(event) => Timed::Event(event),
             Decided::Seam(kind) => Timed::Seam(kind),
             Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } => {
-                let bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
-                Timed::run(segment, piece.shares, ends_mm_s, ramp, bound)
+                profile.bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
+                (profile.segment, profile.shares, profile.ramp) = (segment, piece.shares, ramp);
+                Timed::run(ends_mm_s)
             }
         }
+    }
+}
+
+impl Timed {
+    #[inline]
+    fn run(ends_mm_s: [f64; 2]) -> Timed {
+        Timed::Run { rests_at_end: ends_mm_s[1] == 0.0 }
     }
 }
 
@@ -121,6 +113,8 @@ pub struct LookAhead {
     has_ramps: bool,
     tick_s: f64,
     tolerance_mm: f64,
+    /// How far a tick may go that turns by half a turn at once.
+    half_turn_mm: f64,
     queue: Vec<Queued>,
     /// So many items of the queue have been given out.
     given: usize,
@@ -187,6 +181,7 @@ impl LookAhead {
             has_ramps,
             tick_s: limits.tick_s,
             tolerance_mm: limits.path_tolerance_mm,
+            half_turn_mm: 4.0 * CORNER_SHARE * limits.path_tolerance_mm / PI,
             queue: Vec::new(),
             given: 0,
             is_at_seam: false,
@@ -209,9 +204,10 @@ impl LookAhead {
 
     /// Takes the next piece, of a segment.
     #[inline]
-    pub fn push_piece(&mut self, segment: Arc<Segment>, piece: Box<Piece>) {
+    pub fn push_piece(&mut self, segment: Rc<Segment>, piece: Box<Piece>) {
         let has_corner = !piece.junction.turn.is_none();
-        self.slot().item = Ahead::Piece(segment, piece);
+        let slot = self.slot();
+        slot.item = Ahead::Piece(segment, piece);
         if has_corner && self.has_ramps {
             self.hold_corner();
         }
@@ -266,26 +262,26 @@ impl LookAhead {
         }
     }
 
-    /// The same with its motion alone.
+    /// The same with its motion alone, which a profile becomes.
     #[inline]
-    pub fn pop_timed(&mut self) -> Option<Timed> {
+    pub fn pop_timed(&mut self, profile: &mut Profile) -> Option<Timed> {
         if self.smoother.is_some() || !self.has_ramps {
-            return self.pop().map(Timed::from);
+            return Some(self.pop()?.timed(profile));
         }
         let (ends_mm_s, at_seam) = self.front_speeds()?;
         Some(match self.pop_front()? {
             Ahead::Event(event) => Timed::Event(event),
             Ahead::Seam(kind) => Timed::Seam(kind),
             Ahead::Piece(segment, piece) => {
-                let (ramp, shares) = (piece.ramp(ends_mm_s), piece.shares);
-                let peak_mm_s = ramp.peak_mm_s();
-                let bound = Bound::without_jerk(&piece, ends_mm_s, peak_mm_s, at_seam);
-                let timed = Timed::run(segment, shares, ends_mm_s, ramp, bound);
+                profile.ramp = piece.ramp(ends_mm_s);
+                let peak_mm_s = profile.ramp.peak_mm_s();
+                profile.bound = Bound::without_jerk(&piece, ends_mm_s, peak_mm_s, at_seam);
+                (profile.segment, profile.shares) = (segment, piece.shares);
                 // Those that arcs were cut into are more than whole segments ask for again.
                 if self.spare.len() < self.enough {
                     self.spare.push(piece);
                 }
-                timed
+                Timed::run(ends_mm_s)
             }
         })
     }
@@ -414,7 +410,8 @@ impl LookAhead {
             let tick_sq = fastest_sq * tick_s_sq;
             let is_cut = |way_mm: f64| tick_sq > way_mm * way_mm;
             // Of half a turn first: most corners are passed so slowly that none matters.
-            if piece.junction.turn.is_none() || !is_cut(self.way_mm(CORNER_SHARE, PI, span_mm)) {
+            let half_turn_mm = greater(self.half_turn_mm + 0.5 * span_mm, span_mm);
+            if !is_cut(half_turn_mm) || piece.junction.turn.is_none() {
                 continue;
             }
             turn_rad = lesser(turn_rad + self.turn_rad(first..turn_from), PI);

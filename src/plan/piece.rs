@@ -377,6 +377,11 @@ impl Piece {
         let is_reached = |speed_mm_s: f64, limit_sq: f64| {
             speed_mm_s * speed_mm_s >= limit_sq * (1.0 - SPEEDS_EQUAL)
         };
+        // On most pieces both ends have one limit, which the peak tells of.
+        if self.ends_sq_max[0] == self.ends_sq_max[1] && self.bounds[0] == self.bounds[1] {
+            let is_all = is_reached(peak_mm_s, self.ends_sq_max[0]);
+            return if is_all { self.bounds[0] } else { Bound::Acceleration };
+        }
         let is_at_limit = |end: &usize| is_reached(ends_mm_s[*end], self.ends_sq_max[*end]);
         let ends = if ends_mm_s[1] > ends_mm_s[0] { [1, 0] } else { [0, 1] };
         if let Some(end) = ends.into_iter().find(is_at_limit) {

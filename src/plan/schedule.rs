@@ -9,6 +9,7 @@ use super::decisions::Decisions;
 use super::extreme::lesser;
 use super::limits::Limits;
 use super::lookahead::Timed;
+use super::profile::Turns;
 use super::{Feed, Moment, Planned, Profile, Ramp, SeamKind, Seams};
 
 /// See [`super::plan`].
@@ -16,6 +17,7 @@ use super::{Feed, Moment, Planned, Profile, Ramp, SeamKind, Seams};
 pub struct Planner<'a, I> {
     decisions: Decisions<'a, I>,
     schedule: Schedule,
+    profiles: Turns,
 }
 
 impl<'a, I> Planner<'a, I> {
@@ -32,6 +34,7 @@ impl<'a, I> Planner<'a, I> {
         Planner {
             decisions: Decisions::new(path, machine, feed, Some(seams)),
             schedule: Schedule::new(machine, feed, start_mm),
+            profiles: Turns::new(),
         }
     }
 }
@@ -40,9 +43,12 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
     type Item = Result<Planned, E>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let schedule = &mut self.schedule;
-        Some(match self.decisions.next_timed()? {
-            Ok(Timed::Run { profile, rests }) => Ok(Planned::Profile(schedule.run(profile, rests))),
+        let (schedule, profile) = (&mut self.schedule, self.profiles.next());
+        Some(match self.decisions.next_timed(profile)? {
+            Ok(Timed::Run { rests_at_end }) => {
+                schedule.run(profile, rests_at_end);
+                Ok(Planned::Profile(self.profiles.give()))
+            }
             Ok(Timed::Event(event)) => Ok(Planned::Event(schedule.event(*event))),
             Ok(Timed::Seam(kind)) => Ok(Planned::Seam(schedule.seam(kind))),
             Err(error) => Err(error),
@@ -63,7 +69,9 @@ struct Schedule {
     buffer: u32,
     /// Tick at which the buffer's first entry is executed.
     buffer_start: u64,
-    /// Where motion has ramps: the way since the last boundary. No corner since then is further from a chord
+    /// Where motion has ramps: whether it has come to rest.
+    rests: bool,
+    /// The way since the last boundary. No corner since then is further from a chord
     /// than that, or than the way to the next one.
     way_mm: f64,
     /// The share of the path tolerance for such corners.
@@ -83,6 +91,7 @@ impl Schedule {
             now: Moment::default(),
             buffer: 0,
             buffer_start: 0,
+            rests: true,
             way_mm: 0.0,
             corner_mm: CORNER_SHARE * machine.path_tolerance_mm,
             guard: CornerGuard::new(machine, start_mm.xyz()),
@@ -105,13 +114,13 @@ impl Schedule {
     }
 
     /// Puts a profile that begins now on the time axis, or at the next boundary if it has to wait for that.
-    fn run(&mut self, mut profile: Box<Profile>, rests: [bool; 2]) -> Box<Profile> {
+    fn run(&mut self, profile: &mut Profile, rests_at_end: bool) {
         [profile.start, profile.end] = self.moments_of(&profile.ramp);
         profile.buffer = self.buffer;
         let has_to_wait = if self.has_ramps {
-            rests[0] && self.corner_mm < lesser(self.way_mm, self.way_left_mm())
+            self.rests && self.corner_mm < lesser(self.way_mm, self.way_left_mm())
         } else {
-            !self.guard.allows(&self.first_boundary_mm(&profile))
+            !self.guard.allows(&self.first_boundary_mm(profile))
         };
         if has_to_wait {
             self.wait_for_boundary();
@@ -119,11 +128,11 @@ impl Schedule {
         }
         self.now = profile.end;
         if self.has_ramps {
-            self.count_way(&profile, rests[1]);
+            self.rests = rests_at_end;
+            self.count_way(profile);
         } else {
-            self.pass(&profile);
+            self.pass(profile);
         }
-        profile
     }
 
     /// When a ramp starts and ends that starts now.
@@ -148,11 +157,11 @@ impl Schedule {
     }
 
     /// Counts the way since the last boundary; where motion goes on, the most that it may be.
-    fn count_way(&mut self, profile: &Profile, rests: bool) {
+    fn count_way(&mut self, profile: &Profile) {
         let length_mm = profile.ramp.length_mm();
         if profile.end.tick == profile.start.tick {
             self.way_mm += length_mm;
-        } else if rests {
+        } else if self.rests {
             let time_s = profile.start.ticks_until(profile.end.tick) * self.tick_s;
             self.way_mm = length_mm - profile.ramp.distance_mm(time_s);
         } else {

@@ -1,7 +1,7 @@
 //! The path on its way into the look-ahead: segments cut into pieces, with their junctions and
 //! with the seams put in. A segment waits for the one behind it: its last piece has a bend there, too.
 
-use std::sync::Arc;
+use std::rc::Rc;
 
 use crate::base::{Event, Point};
 use crate::path::{Curve, Segment};
@@ -20,7 +20,7 @@ pub struct Cutter<'a> {
     /// Number of the next segment; those without length do not count.
     index: u64,
     /// A segment of which it is not known what follows: it goes on into its piece.
-    waiting: Option<Arc<Segment>>,
+    waiting: Option<Rc<Segment>>,
     /// What is known of it, and the one before or the one that comes next: the even one and the odd one, each
     /// in its place.
     known: [Known; 2],
@@ -43,7 +43,7 @@ struct Known {
 /// A segment that is cut into more than one piece.
 #[derive(Debug)]
 struct Cutting {
-    segment: Arc<Segment>,
+    segment: Rc<Segment>,
     index: u64,
     tangent: Point,
     /// How the path bends where the next piece begins, and where the last one ends.
@@ -55,7 +55,7 @@ struct Cutting {
 
 /// What a piece is of.
 struct Of<'a> {
-    segment: Arc<Segment>,
+    segment: Rc<Segment>,
     /// The segment's number.
     index: u64,
     /// At its end; on a line, everywhere.
@@ -129,7 +129,7 @@ impl<'a> Cutter<'a> {
     }
 
     /// Takes a segment of the path, once all that was cut before has been given.
-    pub fn segment(&mut self, segment: Arc<Segment>, ahead: &mut LookAhead) {
+    pub fn segment(&mut self, segment: Rc<Segment>, ahead: &mut LookAhead) {
         let length_mm = segment.length_mm();
         if length_mm <= 0.0 {
             return;
@@ -168,7 +168,7 @@ impl<'a> Cutter<'a> {
         let [bend_before, bend_after] = &cutting.bends;
         let bends = [bend_before.as_ref(), bend_after.as_ref().filter(|_| is_last)];
         let Cutting { segment, index, tangent, .. } = &*cutting;
-        let of = Of { segment: Arc::clone(segment), index: *index, tangent };
+        let of = Of { segment: Rc::clone(segment), index: *index, tangent };
         cutting.is_at_seam = self.giver.give(piece, of, bends, ahead);
         if cutting.is_at_seam && is_last {
             let newest = self.newest();
@@ -184,7 +184,7 @@ impl Giver<'_> {
     #[inline]
     fn begin(
         &mut self,
-        segment: Arc<Segment>,
+        segment: Rc<Segment>,
         known: &Known,
         bend_after: Option<&Bend>,
         ahead: &mut LookAhead,

@@ -10,7 +10,7 @@
 //!           k         until
 //! ```
 
-use std::sync::Arc as Shared;
+use std::rc::Rc;
 
 use crate::base::axis::AXES;
 use crate::base::{AxisMap, Machine};
@@ -33,7 +33,7 @@ pub struct Course {
     /// that is known beforehand takes no branch, and four fill the processor's registers.
     has_first_only: bool,
     /// None before the first, and where the machine rests behind one.
-    profile: Option<Box<Profile>>,
+    profile: Option<Rc<Profile>>,
     /// When it starts.
     start: Moment,
     length_mm: f64,
@@ -55,7 +55,7 @@ enum Shape {
     Line,
     Arc(ShortArc),
     /// The segment is asked, between these shares of its own way.
-    Other(Shared<Segment>, [f64; 2]),
+    Other(Rc<Segment>, [f64; 2]),
 }
 
 /// A piece of an arc so short that its turn δ from the start needs no sine:
@@ -98,14 +98,14 @@ impl Course {
     }
 
     /// Takes the next profile; a leg of it is under way from [`Course::go_on`] on.
-    pub fn begin(&mut self, profile: Box<Profile>) {
+    pub fn begin(&mut self, profile: Rc<Profile>) {
         self.shape = match &profile.segment.curve {
             Curve::Line => Shape::Line,
             Curve::Arc(arc) => match ShortArc::new(arc, profile.shares, &self.steps_per_mm) {
                 Some(arc) => Shape::Arc(arc),
-                None => Shape::Other(Shared::clone(&profile.segment), profile.shares),
+                None => Shape::Other(Rc::clone(&profile.segment), profile.shares),
             },
-            Curve::Spline(_) => Shape::Other(Shared::clone(&profile.segment), profile.shares),
+            Curve::Spline(_) => Shape::Other(Rc::clone(&profile.segment), profile.shares),
         };
         if self.has_first_only {
             self.lay_line::<FIRST>(&profile);

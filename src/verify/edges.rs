@@ -5,7 +5,7 @@
 //! aside as they are passed.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
+use std::rc::Rc;
 
 use super::events::Due;
 use super::{Cause, OTHER_AXES, Others, Setup, VerifyError};
@@ -47,7 +47,7 @@ pub struct Edge {
 /// What is left of a segment.
 #[derive(Debug)]
 struct Cut {
-    segment: Arc<Segment>,
+    segment: Rc<Segment>,
     rest: Rest,
 }
 
@@ -176,7 +176,7 @@ where
         self.read_mm.as_ref().map_or(self.start_steps, |at| self.machine.nearest_steps(at))
     }
 
-    fn next_segment(&mut self) -> Result<Option<Arc<Segment>>, VerifyError> {
+    fn next_segment(&mut self) -> Result<Option<Rc<Segment>>, VerifyError> {
         while let Some(item) = self.path.next() {
             if let Some(segment) = self.take(item)? {
                 return Ok(Some(segment));
@@ -185,7 +185,7 @@ where
         Ok(None)
     }
 
-    fn take(&mut self, item: Result<PathItem, E>) -> Result<Option<Arc<Segment>>, VerifyError> {
+    fn take(&mut self, item: Result<PathItem, E>) -> Result<Option<Rc<Segment>>, VerifyError> {
         match item.map_err(|error| VerifyError::Path(error.into()))? {
             PathItem::Event(event) => {
                 self.corner_slack_mm = 0.0;

@@ -23,7 +23,7 @@ fn planned(segments: &[Segment], machine: &Machine) -> Vec<Profile> {
     let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
     let plan = plan::plan(items, machine, Feed::LookAhead, Seams::NONE, Point::ZERO);
     plan.filter_map(|planned| match planned {
-        Ok(Planned::Profile(profile)) => Some(*profile),
+        Ok(Planned::Profile(profile)) => Some(Profile::clone(&profile)),
         _ => None,
     })
     .collect()

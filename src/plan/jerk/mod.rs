@@ -25,7 +25,7 @@ pub use limit::JerkLimit;
 pub use stretch::{SAME, State, Stretch};
 
 use std::collections::VecDeque;
-use std::sync::Arc;
+use std::rc::Rc;
 
 use super::Ramp;
 use super::lookahead::Decided;
@@ -39,7 +39,7 @@ const RUNS_MIN: usize = 256;
 /// A piece with the speeds that constant accelerations give it.
 #[derive(Debug)]
 struct Run {
-    segment: Arc<Segment>,
+    segment: Rc<Segment>,
     piece: Box<Piece>,
     ramp: Ramp,
     at_seam: bool,
@@ -183,7 +183,7 @@ fn certain(parts: &[Part], ends_mm: &[f64], open_mm: f64) -> usize {
 mod tests {
     use super::*;
     use crate::base::{Axis, Machine, Plane, Point};
-    use std::sync::Arc as Shared;
+    use std::rc::Rc;
 
     use crate::path::{Arc, Curve, Segment};
     use crate::plan::cuts::Cuts;
@@ -212,8 +212,8 @@ mod tests {
             let whole = Box::new(Piece::at_feed(None, [0.0, 1.0], segment.length_mm()));
             let cuts = Cuts::of_curve(&segment, whole, limits, true);
             let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
-            let segment = Shared::new(segment);
-            let next = || Some((Shared::clone(&segment), parts.next(&segment, limits, None)?));
+            let segment = Rc::new(segment);
+            let next = || Some((Rc::clone(&segment), parts.next(&segment, limits, None)?));
             pieces.extend(std::iter::from_fn(next));
         }
         let mut speeds_sq = vec![0.0; pieces.len() + 1];
@@ -225,7 +225,7 @@ mod tests {
             speeds_sq[i] = pieces[i - 1].1.exit_sq_max(speeds_sq[i - 1], speeds_sq[i]);
         }
         let ends = |i: usize| [speeds_sq[i].sqrt(), speeds_sq[i + 1].sqrt()];
-        let decide = |(i, (segment, piece)): (usize, (Shared<Segment>, Box<Piece>))| {
+        let decide = |(i, (segment, piece)): (usize, (Rc<Segment>, Box<Piece>))| {
             let (ends_mm_s, at_seam) = (ends(i), false);
             let ramp = piece.ramp(ends_mm_s);
             Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam }

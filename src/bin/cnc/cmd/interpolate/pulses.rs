@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::rc::Rc;
 
 use anyhow::{Context, anyhow};
 use cnc::base::rounding::six_digits;
@@ -54,7 +54,7 @@ pub fn report(program: &Program, as_json: bool, svg: Option<&PathBuf>) -> Outcom
     Ok(Exit::Ok)
 }
 
-fn segments(program: &Program) -> impl Iterator<Item = Result<Arc<Segment>, Failure>> {
+fn segments(program: &Program) -> impl Iterator<Item = Result<Rc<Segment>, Failure>> {
     program.path().filter_map(|item| match item {
         Ok(PathItem::Segment(segment)) => Some(Ok(segment)),
         Ok(PathItem::Event(_)) => None,

@@ -1,0 +1,137 @@
+//! A piece of the path with its motion: what the plan gives out.
+
+use std::rc::Rc;
+
+use crate::base::Point;
+use crate::interp::Corner;
+use crate::path::{Curve, Segment};
+
+use super::{Bound, Moment, Ramp};
+
+/// How far a curve turns along a chord of a drawing at most: 2 degrees.
+const CHORD_TURN_RAD: f64 = std::f64::consts::TAU / 180.0;
+
+/// Chords of a drawing from rest to the greatest speed.
+const SPEED_PARTS: f64 = 8.0;
+
+/// Motion along a piece of a segment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// The segment.
+    pub segment: Rc<Segment>,
+    /// Where on the segment the piece starts and ends, as shares of its way.
+    pub shares: [f64; 2],
+    /// Distance along the piece over time.
+    pub ramp: Ramp,
+    /// When the piece starts.
+    pub start: Moment,
+    /// When the piece ends.
+    pub end: Moment,
+    /// Node buffer that its ticks lie in.
+    pub buffer: u32,
+    /// What set the speed.
+    pub bound: Bound,
+}
+
+impl Profile {
+    /// Of no piece: a place for one.
+    fn none() -> Profile {
+        let [from_mm, to_mm] = [Point::ZERO; 2];
+        let (curve, corner) = (Curve::Line, Corner::default());
+        let segment = Segment { line: 0, feed_mm_s: None, from_mm, to_mm, curve, corner };
+        Profile {
+            segment: Rc::new(segment),
+            shares: [0.0; 2],
+            ramp: Ramp::steady(0.0, [1.0; 2]),
+            start: Moment::default(),
+            end: Moment::default(),
+            buffer: 0,
+            bound: Bound::Feed,
+        }
+    }
+
+    /// Share of the segment's way done at a tick boundary between the piece's start and end; exactly that of
+    /// its end there.
+    fn segment_share_at(&self, boundary: u64, tick_s: f64) -> f64 {
+        let [from, to] = self.shares;
+        if boundary == self.end.tick && self.end.share == 0.0 {
+            return to;
+        }
+        let time_s = self.start.ticks_until(boundary) * tick_s;
+        let share = self.ramp.distance_mm(time_s) / self.ramp.length_mm();
+        if share >= 1.0 { to } else { from + (to - from) * share }
+    }
+
+    /// Position at a tick boundary between the piece's start and end.
+    pub fn position_at(&self, boundary: u64, tick_s: f64) -> Point {
+        self.segment.point_at(self.segment_share_at(boundary, tick_s))
+    }
+
+    /// The same in X, Y and Z.
+    pub(super) fn xyz_at(&self, boundary: u64, tick_s: f64) -> [f64; 3] {
+        self.segment.xyz_at(self.segment_share_at(boundary, tick_s))
+    }
+
+    /// The piece as chords, each with its mean speed: where it begins, where it ends, mm/s. So short that
+    /// the speed hardly changes along one, and a curve's direction by less than 2 degrees.
+    pub fn chords(&self) -> impl Iterator<Item = (Point, Point, f64)> {
+        let turn_rad = match &self.segment.curve {
+            Curve::Line => 0.0,
+            Curve::Arc(arc) => arc.sweep_rad.abs() * (self.shares[1] - self.shares[0]),
+            Curve::Spline(_) => CHORD_TURN_RAD,
+        };
+        let [entry, exit] = [self.ramp.entry_mm_s(), self.ramp.exit_mm_s()];
+        let changes = f64::max(self.ramp.peak_mm_s() - entry.min(exit), 0.0);
+        let by_speed = (SPEED_PARTS * changes / self.ramp.peak_mm_s()).ceil();
+        let count = by_speed.max((turn_rad / CHORD_TURN_RAD).ceil()).max(1.0);
+        let (duration_s, length_mm) = (self.ramp.duration_s(), self.ramp.length_mm());
+        let place = move |k: f64| {
+            let share = self.ramp.distance_mm(duration_s * k / count) / length_mm;
+            let [from, to] = self.shares;
+            (share, self.segment.point_at(from + (to - from) * share))
+        };
+        let mut last = place(0.0);
+        (1..=count as u64).map(move |k| {
+            let next = place(k as f64);
+            let (before, at) = std::mem::replace(&mut last, next);
+            (at, next.1, (next.0 - before) * length_mm * count / duration_s)
+        })
+    }
+
+    /// Position at the piece's start.
+    pub fn start_mm(&self) -> Point {
+        self.segment.point_at(self.shares[0])
+    }
+
+    /// Position at the piece's end.
+    pub fn end_mm(&self) -> Point {
+        self.segment.point_at(self.shares[1])
+    }
+}
+
+/// Profiles that are given out in turn. Whoever follows a plan holds the one under way and perhaps the next: so
+/// the one before is free, and no memory is asked for.
+#[derive(Debug)]
+pub(super) struct Turns {
+    /// The one that is given out next, and the one that was last.
+    profiles: [Rc<Profile>; 2],
+}
+
+impl Turns {
+    pub(super) fn new() -> Turns {
+        Turns { profiles: [Profile::none(), Profile::none()].map(Rc::new) }
+    }
+
+    /// The one that comes next, to become what it is to be: another where somebody still holds it.
+    #[inline]
+    pub(super) fn next(&mut self) -> &mut Profile {
+        Rc::make_mut(&mut self.profiles[0])
+    }
+
+    /// Gives that out.
+    #[inline]
+    pub(super) fn give(&mut self) -> Rc<Profile> {
+        self.profiles.swap(0, 1);
+        Rc::clone(&self.profiles[1])
+    }
+}
