@@ -4,8 +4,7 @@ use std::fmt;
 
 use crate::base::Axis;
 
-use super::Ramp;
-use super::piece::Piece;
+use super::run::Run;
 
 /// Accelerations that differ by less than this share are the same.
 const ACCELS_EQUAL: f64 = 1e-3;
@@ -38,31 +37,18 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// What sets the greatest speed of a piece that is run by a ramp between these speeds, perhaps
-    /// from or to a stop that only a seam asks for.
-    pub(super) fn of(piece: &Piece, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) -> Bound {
-        match Bound::without_jerk(piece, ends_mm_s, ramp.peak_mm_s(), at_seam) {
-            Bound::Acceleration => Bound::of_ramp(piece, ramp),
-            bound => bound,
-        }
-    }
-
-    /// The same where no axis has a limit on jerk.
+    /// What sets the greatest speed of a run.
     #[inline]
-    pub(super) fn without_jerk(
-        piece: &Piece,
-        ends_mm_s: [f64; 2],
-        peak_mm_s: f64,
-        at_seam: bool,
-    ) -> Bound {
-        match piece.bound(ends_mm_s, peak_mm_s) {
-            Bound::Acceleration if at_seam => Bound::Seam,
+    pub(super) fn of(run: &Run) -> Bound {
+        match run.piece.bound(run.ends_mm_s, run.ramp.peak_mm_s()) {
+            Bound::Acceleration if run.at_seam => Bound::Seam,
+            Bound::Acceleration => Bound::of_ramp(run),
             bound => bound,
         }
     }
 
-    /// What sets how steep a ramp is: acceleration where it is at its greatest somewhere.
-    pub(super) fn of_ramp(piece: &Piece, ramp: &Ramp) -> Bound {
+    /// What sets how steep its ramp is: acceleration where it is at its greatest somewhere.
+    pub(super) fn of_ramp(Run { piece, ramp, .. }: &Run) -> Bound {
         if !piece.jerk.is_limited() {
             return Bound::Acceleration;
         }

@@ -1,5 +1,6 @@
 //! Segment → its pieces, one at a time: a slow one has more than memory should hold.
 
+use std::rc::Rc;
 use std::vec;
 
 use crate::path::{Curve, Rates, Segment};
@@ -7,12 +8,13 @@ use crate::path::{Curve, Rates, Segment};
 use super::junction::Junction;
 use super::limits::Limits;
 use super::piece::{Piece, TURN_MAX_RAD};
+use super::run::Run;
 
 /// What a segment is cut into.
 #[derive(Debug)]
 pub enum Cuts {
     /// It is one piece.
-    One(Box<Piece>),
+    One(Box<Run>),
     /// It is more, or may be.
     Many(Parts),
 }
@@ -25,14 +27,14 @@ pub enum Parts {
     /// A line or an arc, in equal parts.
     Equal(Box<EqualParts>),
     /// A spline: no more than its spans by a few.
-    Spline(vec::IntoIter<Piece>),
+    Spline(Rc<Segment>, vec::IntoIter<Piece>),
 }
 
 /// See [`Parts::Line`].
 #[derive(Debug)]
 pub struct LineParts {
     /// With the junction of the next one.
-    whole: Box<Piece>,
+    whole: Box<Run>,
     /// Where the next one begins, as a share of the line's way.
     share: f64,
 }
@@ -41,7 +43,7 @@ pub struct LineParts {
 #[derive(Debug)]
 pub struct EqualParts {
     /// With the junction of the next one.
-    whole: Box<Piece>,
+    whole: Box<Run>,
     length_mm: f64,
     count: u64,
     /// So many have been given.
@@ -54,7 +56,7 @@ impl Cuts {
     /// Of a whole line, which is held as such. What lies between two seams is one piece, where it is known
     /// whether there are any within it (`has_seam`).
     #[inline]
-    pub fn of_line(whole: Box<Piece>, limits: &Limits, has_seam: Option<bool>) -> Cuts {
+    pub fn of_line(whole: Box<Run>, limits: &Limits, has_seam: Option<bool>) -> Cuts {
         match has_seam {
             Some(false) => Cuts::One(whole),
             Some(true) => Cuts::Many(Parts::Line(LineParts { whole, share: 0.0 })),
@@ -64,26 +66,22 @@ impl Cuts {
 
     /// Of a whole arc or spline. Without ramps arcs are run at the speed that the whole of them can be run at,
     /// whatever accelerations that takes.
-    pub fn of_curve(
-        segment: &Segment,
-        mut whole: Box<Piece>,
-        limits: &Limits,
-        ramps: bool,
-    ) -> Cuts {
+    pub fn of_curve(mut whole: Box<Run>, limits: &Limits, ramps: bool) -> Cuts {
+        let Run { segment, piece, .. } = &mut *whole;
         if let Curve::Spline(spline) = &segment.curve {
             let mut pieces = Vec::new();
             let take = |piece| pieces.push(piece);
-            Piece::cut_spline(segment, spline.spans(), limits, ramps, whole.junction, take);
-            return Cuts::Many(Parts::Spline(pieces.into_iter()));
+            Piece::cut_spline(segment, spline.spans(), limits, ramps, piece.junction, take);
+            return Cuts::Many(Parts::Spline(Rc::clone(segment), pieces.into_iter()));
         }
         let turn_rad = match &segment.curve {
             Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
             Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
         };
-        whole.hold_whole(&segment.axis_speeds(), limits);
-        whole.hold_chord(segment, limits);
+        piece.hold_whole(&segment.axis_speeds(), limits);
+        piece.hold_chord(segment, limits);
         if !ramps {
-            whole.without_ramps();
+            piece.without_ramps();
         }
         // A curve in two at least, so that from rest to rest it has somewhere to be fast.
         if turn_rad > 0.0 {
@@ -95,8 +93,8 @@ impl Cuts {
     }
 
     /// Of what its axes feel the same along: as many parts as a buffer can end between.
-    fn even(whole: Box<Piece>, limits: &Limits) -> Cuts {
-        if whole.least_count(limits) <= 1.0 {
+    fn even(whole: Box<Run>, limits: &Limits) -> Cuts {
+        if whole.piece.least_count(limits) <= 1.0 {
             return Cuts::One(whole);
         }
         Cuts::Many(EqualParts::parts(whole, 1.0, None, limits))
@@ -106,43 +104,41 @@ impl Cuts {
 impl Parts {
     /// The next piece of the segment. That of a line ends at this share of the line's way, where a seam follows
     /// in it.
-    pub fn next(
-        &mut self,
-        segment: &Segment,
-        limits: &Limits,
-        seam: Option<f64>,
-    ) -> Option<Box<Piece>> {
+    pub fn next(&mut self, limits: &Limits, seam: Option<f64>) -> Option<Box<Run>> {
         match self {
             Parts::Line(parts) => parts.next(seam),
-            Parts::Equal(parts) => parts.next(segment, limits),
-            Parts::Spline(pieces) => pieces.next().map(Box::new),
+            Parts::Equal(parts) => parts.next(limits),
+            Parts::Spline(segment, pieces) => {
+                let run = |piece| Box::new(Run::new(Rc::clone(segment), piece));
+                pieces.next().map(run)
+            }
         }
     }
 }
 
 impl LineParts {
-    fn next(&mut self, seam: Option<f64>) -> Option<Box<Piece>> {
+    fn next(&mut self, seam: Option<f64>) -> Option<Box<Run>> {
         if self.share == 1.0 {
             return None;
         }
         let shares = [self.share, seam.filter(|seam| *seam > self.share).unwrap_or(1.0)];
         self.share = shares[1];
-        let mut piece = self.whole.next_part();
-        piece.length_mm *= shares[1] - shares[0];
-        piece.shares = shares;
-        Some(piece)
+        let mut part = self.whole.next_part();
+        part.piece.length_mm *= shares[1] - shares[0];
+        part.piece.shares = shares;
+        Some(part)
     }
 }
 
 impl EqualParts {
     /// At least so many parts of a piece with these derivatives at its start, if it is bent.
-    fn parts(whole: Box<Piece>, least: f64, rates: Option<Rates>, limits: &Limits) -> Parts {
-        let count = whole.least_count(limits).max(least).ceil() as u64;
-        let length_mm = whole.length_mm / count as f64;
+    fn parts(whole: Box<Run>, least: f64, rates: Option<Rates>, limits: &Limits) -> Parts {
+        let count = whole.piece.least_count(limits).max(least).ceil() as u64;
+        let length_mm = whole.piece.length_mm / count as f64;
         Parts::Equal(Box::new(EqualParts { whole, length_mm, count, given: 0, rates }))
     }
 
-    fn next(&mut self, segment: &Segment, limits: &Limits) -> Option<Box<Piece>> {
+    fn next(&mut self, limits: &Limits) -> Option<Box<Run>> {
         if self.given == self.count {
             return None;
         }
@@ -151,13 +147,14 @@ impl EqualParts {
         self.given += 1;
         let Some(rates) = &mut self.rates else {
             let mut part = self.whole.next_part();
-            (part.shares, part.length_mm) = (shares, self.length_mm);
+            (part.piece.shares, part.piece.length_mm) = (shares, self.length_mm);
             return Some(part);
         };
+        let Run { segment, piece: whole, .. } = &mut *self.whole;
         let to = segment.rates_at(shares[1]);
         let ends = [std::mem::replace(rates, to), to];
         let mut part = Piece::bent(segment, shares, self.length_mm, &ends, limits);
-        part.junction = std::mem::replace(&mut self.whole.junction, Junction::STRAIGHT);
-        Some(Box::new(part))
+        part.junction = std::mem::replace(&mut whole.junction, Junction::STRAIGHT);
+        Some(Box::new(Run::new(Rc::clone(segment), part)))
     }
 }

@@ -5,9 +5,10 @@ use crate::path::PathItem;
 
 use super::blend::{Blended, blended};
 use super::limits::Limits;
-use super::lookahead::{Decided, LookAhead, Timed};
+use super::lookahead::LookAhead;
+use super::run::{Item, Run};
 use super::source::Cutter;
-use super::{Feed, Profile, Seams};
+use super::{Feed, Seams};
 
 /// The decisions of the look-ahead over a path, in order; errors of the path pass through.
 #[derive(Debug)]
@@ -40,19 +41,10 @@ impl<'a, I> Decisions<'a, I> {
 }
 
 impl<E, I: Iterator<Item = Result<PathItem, E>>> Decisions<'_, I> {
-    /// The next item with its motion alone, which a profile becomes.
+    /// Takes a run back that nobody needs any more.
     #[inline]
-    pub fn next_timed(&mut self, profile: &mut Profile) -> Option<Result<Timed, E>> {
-        loop {
-            if self.ahead.may_pop()
-                && let Some(timed) = self.ahead.pop_timed(profile)
-            {
-                return Some(Ok(timed));
-            }
-            if let Err(error) = self.advance()? {
-                return Some(Err(error));
-            }
-        }
+    pub fn reuse(&mut self, run: Box<Run>) {
+        self.ahead.reuse(run);
     }
 
     /// Lets the look-ahead know more, if there is more to know.
@@ -78,12 +70,15 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Decisions<'_, I> {
 }
 
 impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Decisions<'_, I> {
-    type Item = Result<Decided, E>;
+    type Item = Result<Item, E>;
 
+    #[inline]
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(decided) = self.ahead.pop() {
-                return Some(Ok(decided));
+            if self.ahead.may_pop()
+                && let Some(item) = self.ahead.pop()
+            {
+                return Some(Ok(item));
             }
             if let Err(error) = self.advance()? {
                 return Some(Err(error));

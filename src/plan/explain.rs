@@ -19,9 +19,9 @@ use crate::base::Machine;
 use crate::path::{PathItem, Segment};
 
 use super::decisions::Decisions;
-use super::lookahead::Decided;
 use super::piece::{Piece, SPEEDS_EQUAL};
-use super::{Bound, Feed, Ramp, SeamKind, Seams};
+use super::run::{Item, Run};
+use super::{Bound, Feed, SeamKind, Seams};
 
 /// The speeds of a block: of a move, or of what is left of it between seams.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,16 +114,16 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Explainer<'_, I> {
 }
 
 impl<I> Explainer<'_, I> {
-    fn take(&mut self, decided: Decided) {
-        match decided {
-            Decided::Event(_) | Decided::Seam(SeamKind::Rest) => self.rest(Bound::Stop),
-            Decided::Seam(SeamKind::Rapid | SeamKind::Cut) => self.rest(Bound::Seam),
-            Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } => {
-                if piece.shares[0] == 0.0 {
-                    self.turn(&piece, Bound::of_ramp(&piece, &ramp));
+    fn take(&mut self, item: Item) {
+        match item {
+            Item::Event(_) | Item::Seam(SeamKind::Rest) => self.rest(Bound::Stop),
+            Item::Seam(SeamKind::Rapid | SeamKind::Cut) => self.rest(Bound::Seam),
+            Item::Run(run) => {
+                if run.piece.shares[0] == 0.0 {
+                    self.turn(&run.piece, Bound::of_ramp(&run));
                 }
-                self.begin(&segment, ends_mm_s[0]);
-                self.run(piece, ends_mm_s, &ramp, at_seam);
+                self.begin(&run.segment, run.ends_mm_s[0]);
+                self.run(*run);
             }
         }
     }
@@ -181,24 +181,26 @@ impl<I> Explainer<'_, I> {
         });
     }
 
-    fn run(&mut self, piece: Box<Piece>, ends_mm_s: [f64; 2], ramp: &Ramp, at_seam: bool) {
+    fn run(&mut self, run: Run) {
+        let Run { piece, ends_mm_s, .. } = &run;
         let start_limit_sq = piece.junction.speed_sq_max;
-        let top_mm_s = ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
-        let top_bound = Bound::of(&piece, ends_mm_s, ramp, at_seam);
+        let top_mm_s = run.ramp.peak_mm_s().max(ends_mm_s[0]).max(ends_mm_s[1]);
+        let top_bound = Bound::of(&run);
         let Some(block) = &mut self.current else { return };
         block.reach_sq = piece.exit_sq_max(block.reach_sq.min(start_limit_sq), f64::INFINITY);
         (block.cap_sq, block.cap_bound) = (piece.ends_sq_max[1], piece.bounds[1]);
-        block.ramp_bound = Bound::of_ramp(&piece, ramp);
+        block.ramp_bound = Bound::of_ramp(&run);
         block.speed.length_mm += piece.length_mm;
         block.speed.end_mm_s = ends_mm_s[1];
         if top_mm_s > block.speed.top_mm_s {
             (block.speed.top_mm_s, block.speed.top_bound) = (top_mm_s, top_bound);
         }
         let Some((_, behind)) = &mut self.waiting else { return };
-        behind.pieces.push(*piece);
+        let exit_mm_s = ends_mm_s[1];
+        behind.pieces.push(run.piece);
         if behind.pieces.len() >= behind.enough {
             behind.enough *= 2;
-            self.try_settle(ends_mm_s[1]);
+            self.try_settle(exit_mm_s);
         }
     }
 

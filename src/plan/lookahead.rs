@@ -21,7 +21,6 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::rc::Rc;
 
-use crate::base::Event;
 use crate::path::{Curve, Segment};
 
 use super::corner::CORNER_SHARE;
@@ -29,79 +28,11 @@ use super::extreme::{greater, lesser};
 use super::jerk::Smoother;
 use super::limits::Limits;
 use super::piece::Piece;
-use super::{Bound, Feed, Profile, Ramp, SeamKind};
-
-/// An item on its way to the schedule.
-#[derive(Clone, Debug)]
-pub enum Ahead {
-    /// A piece of the path, from rest or from the piece before. It stays where it lies until it is run.
-    Piece(Rc<Segment>, Box<Piece>),
-    /// Something that happens at rest.
-    Event(Box<Event>),
-    /// A node buffer ends and the next begins, at rest.
-    Seam(SeamKind),
-}
-
-/// An item whose speeds are decided.
-#[derive(Clone, Debug)]
-pub enum Decided {
-    /// A piece of the path.
-    Piece {
-        /// The segment that it is of.
-        segment: Rc<Segment>,
-        /// The piece.
-        piece: Box<Piece>,
-        /// Speeds at its start and end.
-        ends_mm_s: [f64; 2],
-        /// How it is run between them.
-        ramp: Ramp,
-        /// It begins or ends with a stop that only a seam asks for.
-        at_seam: bool,
-    },
-    /// Something that happens at rest.
-    Event(Box<Event>),
-    /// A node buffer ends and the next begins, at rest.
-    Seam(SeamKind),
-}
-
-/// An item whose motion is decided: what the schedule puts on the time axis.
-#[derive(Clone, Debug)]
-pub enum Timed {
-    /// Motion along a piece of a segment, which a profile has become: all but when it is and in which buffer.
-    Run {
-        /// It ends at rest.
-        rests_at_end: bool,
-    },
-    /// Something that happens at rest.
-    Event(Box<Event>),
-    /// A node buffer ends and the next begins, at rest.
-    Seam(SeamKind),
-}
-
-impl Decided {
-    /// Its motion alone.
-    fn timed(self, profile: &mut Profile) -> Timed {
-        match self {
-            Decided::Event(event) => Timed::Event(event),
-            Decided::Seam(kind) => Timed::Seam(kind),
-            Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } => {
-                profile.bound = Bound::of(&piece, ends_mm_s, &ramp, at_seam);
-                (profile.segment, profile.shares, profile.ramp) = (segment, piece.shares, ramp);
-                Timed::run(ends_mm_s)
-            }
-        }
-    }
-}
-
-impl Timed {
-    #[inline]
-    fn run(ends_mm_s: [f64; 2]) -> Timed {
-        Timed::Run { rests_at_end: ends_mm_s[1] == 0.0 }
-    }
-}
+use super::run::{Item, Run};
+use super::{Bound, Feed, SeamKind};
 
 /// Items that are looked at together at least: so many that the passes' overhead is spread.
-const ITEMS_MIN: usize = 64;
+const ITEMS_MIN: usize = 128;
 
 /// Share of `path_tolerance_mm` for corners within a tick among lines: but for rounding all of it. Beside curves
 /// it is [`CORNER_SHARE`].
@@ -113,7 +44,7 @@ pub struct LookAhead {
     has_ramps: bool,
     tick_s: f64,
     tolerance_mm: f64,
-    /// How far a tick may go that turns by half a turn at once.
+    /// How far a tick may go that turns by half a turn at one place.
     half_turn_mm: f64,
     queue: Vec<Queued>,
     /// So many items of the queue have been given out.
@@ -126,14 +57,14 @@ pub struct LookAhead {
     enough: usize,
     /// What comes after, where an axis has a limit on jerk.
     smoother: Option<Smoother>,
-    /// Pieces that have been run, to be used again.
+    /// Those that have been run, to be used again.
     #[expect(clippy::vec_box, reason = "they come and go in their boxes")]
-    spare: Vec<Box<Piece>>,
+    spare: Vec<Box<Run>>,
 }
 
 #[derive(Debug)]
 struct Queued {
-    item: Ahead,
+    item: Item,
     /// Square of the speed at its start: the backward curve, then what is planned.
     entry_sq: f64,
     /// The speed that is planned.
@@ -142,35 +73,13 @@ struct Queued {
 
 impl Queued {
     const EMPTY: Queued =
-        Queued { item: Ahead::Seam(SeamKind::Rest), entry_sq: 0.0, entry_mm_s: 0.0 };
+        Queued { item: Item::Seam(SeamKind::Rest), entry_sq: 0.0, entry_mm_s: 0.0 };
 
     /// Square of the greatest speed at its start.
     fn entry_limit_sq(&self) -> f64 {
-        match &self.item {
-            Ahead::Piece(_, piece) => lesser(piece.junction.speed_sq_max, piece.ends_sq_max[0]),
-            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
-        }
+        let limit_sq = |piece: &Piece| lesser(piece.junction.speed_sq_max, piece.ends_sq_max[0]);
+        self.item.piece().map_or(0.0, limit_sq)
     }
-}
-
-impl Decided {
-    /// An item without look-ahead: at its greatest speed from end to end.
-    fn at_once(item: Ahead) -> Decided {
-        match item {
-            Ahead::Event(event) => Decided::Event(event),
-            Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece(segment, piece) => {
-                let ends_mm_s = [piece.speed_sq_max().sqrt(); 2];
-                let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam: false }
-            }
-        }
-    }
-}
-
-/// Whether it is a seam where motion would not rest.
-fn is_own_stop(item: &Ahead) -> bool {
-    matches!(item, Ahead::Seam(SeamKind::Rapid | SeamKind::Cut))
 }
 
 impl LookAhead {
@@ -181,7 +90,7 @@ impl LookAhead {
             has_ramps,
             tick_s: limits.tick_s,
             tolerance_mm: limits.path_tolerance_mm,
-            half_turn_mm: 4.0 * CORNER_SHARE * limits.path_tolerance_mm / PI,
+            half_turn_mm: turning_mm(CORNER_SHARE * limits.path_tolerance_mm, PI),
             queue: Vec::new(),
             given: 0,
             is_at_seam: false,
@@ -192,22 +101,31 @@ impl LookAhead {
         }
     }
 
-    /// A piece that is a whole segment of this feed and length: no more than the feed holds it so far.
+    /// A run along all of a segment of this length, still to be held by all but its feed.
     #[inline]
-    pub fn piece(&mut self, feed_mm_s: Option<f64>, length_mm: f64) -> Box<Piece> {
-        let Some(mut piece) = self.spare.pop() else {
-            return Box::new(Piece::at_feed(feed_mm_s, [0.0, 1.0], length_mm));
+    pub fn whole(&mut self, segment: Rc<Segment>, length_mm: f64) -> Box<Run> {
+        let Some(mut run) = self.spare.pop() else {
+            return Box::new(Run::whole(segment, length_mm));
         };
-        piece.renew(feed_mm_s, length_mm);
-        piece
+        run.become_whole(segment, length_mm);
+        run
     }
 
-    /// Takes the next piece, of a segment.
+    /// Takes a run back that nobody needs any more. Those along parts of arcs are more than whole segments
+    /// ask for again.
     #[inline]
-    pub fn push_piece(&mut self, segment: Rc<Segment>, piece: Box<Piece>) {
-        let has_corner = !piece.junction.turn.is_none();
+    pub fn reuse(&mut self, run: Box<Run>) {
+        if self.spare.len() < self.enough {
+            self.spare.push(run);
+        }
+    }
+
+    /// Takes the next piece of the path.
+    #[inline]
+    pub fn push_run(&mut self, run: Box<Run>) {
+        let has_corner = !run.piece.junction.turn.is_none();
         let slot = self.slot();
-        slot.item = Ahead::Piece(segment, piece);
+        slot.item = Item::Run(run);
         if has_corner && self.has_ramps {
             self.hold_corner();
         }
@@ -215,7 +133,7 @@ impl LookAhead {
     }
 
     /// Takes the next item where the machine rests.
-    pub fn push_stop(&mut self, item: Ahead) {
+    pub fn push_stop(&mut self, item: Item) {
         self.slot().item = item;
         self.decide_in_time();
     }
@@ -239,7 +157,7 @@ impl LookAhead {
     /// No item follows: the path ends at rest.
     pub fn finish(&mut self) {
         self.decide();
-        self.decided = self.queue.len();
+        self.settle(self.queue.len());
     }
 
     /// Whether there may be an item whose motion is decided.
@@ -249,89 +167,59 @@ impl LookAhead {
     }
 
     /// Gives the next item whose motion is decided, if there is one.
-    pub fn pop(&mut self) -> Option<Decided> {
+    #[inline]
+    pub fn pop(&mut self) -> Option<Item> {
         if self.smoother.is_none() {
-            return self.pop_speeds();
+            return self.pop_front();
         }
         loop {
             if let Some(smooth) = self.smoother.as_mut().and_then(Smoother::pop) {
                 return Some(smooth);
             }
-            let decided = self.pop_speeds()?;
-            self.smoother.as_mut()?.push(decided);
+            let item = self.pop_front()?;
+            self.smoother.as_mut()?.push(item);
         }
-    }
-
-    /// The same with its motion alone, which a profile becomes.
-    #[inline]
-    pub fn pop_timed(&mut self, profile: &mut Profile) -> Option<Timed> {
-        if self.smoother.is_some() || !self.has_ramps {
-            return Some(self.pop()?.timed(profile));
-        }
-        let (ends_mm_s, at_seam) = self.front_speeds()?;
-        Some(match self.pop_front()? {
-            Ahead::Event(event) => Timed::Event(event),
-            Ahead::Seam(kind) => Timed::Seam(kind),
-            Ahead::Piece(segment, piece) => {
-                profile.ramp = piece.ramp(ends_mm_s);
-                let peak_mm_s = profile.ramp.peak_mm_s();
-                profile.bound = Bound::without_jerk(&piece, ends_mm_s, peak_mm_s, at_seam);
-                (profile.segment, profile.shares) = (segment, piece.shares);
-                // Those that arcs were cut into are more than whole segments ask for again.
-                if self.spare.len() < self.enough {
-                    self.spare.push(piece);
-                }
-                Timed::run(ends_mm_s)
-            }
-        })
-    }
-
-    /// Gives the next item whose speeds are decided, if there is one.
-    fn pop_speeds(&mut self) -> Option<Decided> {
-        if !self.has_ramps {
-            return self.pop_front().map(Decided::at_once);
-        }
-        let (ends_mm_s, at_seam) = self.front_speeds()?;
-        Some(match self.pop_front()? {
-            Ahead::Event(event) => Decided::Event(event),
-            Ahead::Seam(kind) => Decided::Seam(kind),
-            Ahead::Piece(segment, piece) => {
-                let ramp = piece.ramp(ends_mm_s);
-                Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam }
-            }
-        })
-    }
-
-    /// The speeds at both ends of the next item, if they are decided, and whether one of them is a stop that
-    /// only a seam asks for.
-    #[inline]
-    fn front_speeds(&self) -> Option<([f64; 2], bool)> {
-        let front = self.queue[..self.decided].get(self.given)?;
-        let next = self.queue.get(self.given + 1);
-        let ends_mm_s = [front.entry_mm_s, next.map_or(0.0, |next| next.entry_mm_s)];
-        let at_seam = self.is_at_seam || next.is_some_and(|next| is_own_stop(&next.item));
-        Some((ends_mm_s, at_seam))
     }
 
     /// Gives the next item, if its speeds are decided.
     #[inline]
-    fn pop_front(&mut self) -> Option<Ahead> {
+    fn pop_front(&mut self) -> Option<Item> {
         let front = self.queue[..self.decided].get_mut(self.given)?;
         self.given += 1;
-        let item = std::mem::replace(&mut front.item, Ahead::Seam(SeamKind::Rest));
-        self.is_at_seam = is_own_stop(&item);
-        Some(item)
+        Some(std::mem::replace(&mut front.item, Item::Seam(SeamKind::Rest)))
     }
 
     fn decide(&mut self) {
         let start_sq = self.queue.get(self.given).map_or(0.0, |front| front.entry_sq);
         self.queue.drain(..self.given);
-        (self.given, self.decided) = (0, self.queue.len());
-        if self.has_ramps {
+        (self.given, self.decided) = (0, 0);
+        let count = if self.has_ramps {
             self.backward();
-            self.decided = self.forward(start_sq);
-        }
+            self.forward(start_sq)
+        } else {
+            self.queue.len()
+        };
+        self.settle(count);
         self.enough = ITEMS_MIN.max(2 * (self.queue.len() - self.decided));
+    }
+
+    /// Nothing can change the speeds of so many items of the queue: these are run so.
+    fn settle(&mut self, count: usize) {
+        for i in self.decided..count {
+            let next = self.queue.get(i + 1);
+            let exit_mm_s = next.map_or(0.0, |next| next.entry_mm_s);
+            let ends_at_seam = next.is_some_and(|next| next.item.is_own_stop());
+            let Queued { item, entry_mm_s, .. } = &mut self.queue[i];
+            let starts_at_seam = std::mem::replace(&mut self.is_at_seam, item.is_own_stop());
+            let Item::Run(run) = item else { continue };
+            if self.has_ramps {
+                run.decide(*entry_mm_s, exit_mm_s, starts_at_seam || ends_at_seam);
+            } else {
+                let speed_mm_s = run.piece.speed_sq_max().sqrt();
+                run.decide(speed_mm_s, speed_mm_s, false);
+            }
+        }
+        self.decided = count;
     }
 
     /// The greatest speed at each node from which the machine can keep all limits that follow and
@@ -339,10 +227,8 @@ impl LookAhead {
     fn backward(&mut self) {
         let mut exit_sq = 0.0;
         for queued in self.queue.iter_mut().rev() {
-            exit_sq = match &queued.item {
-                Ahead::Piece(_, piece) => piece.entry_sq_max(exit_sq, piece.junction.speed_sq_max),
-                Ahead::Event(_) | Ahead::Seam(_) => 0.0,
-            };
+            let entry_sq = |piece: &Piece| piece.entry_sq_max(exit_sq, piece.junction.speed_sq_max);
+            exit_sq = queued.item.piece().map_or(0.0, entry_sq);
             queued.entry_sq = exit_sq;
         }
     }
@@ -357,10 +243,8 @@ impl LookAhead {
             (queued.entry_sq, queued.entry_mm_s) = (entry_sq, entry_sq.sqrt());
             let Some((_, next)) = queue.peek() else { break };
             let backward_sq = next.entry_sq;
-            entry_sq = match &queued.item {
-                Ahead::Piece(_, piece) => piece.exit_sq_max(entry_sq, backward_sq),
-                Ahead::Event(_) | Ahead::Seam(_) => 0.0,
-            };
+            let exit_sq = |piece: &Piece| piece.exit_sq_max(entry_sq, backward_sq);
+            entry_sq = queued.item.piece().map_or(0.0, exit_sq);
             if i < open_from && (entry_sq < backward_sq || entry_sq >= next.entry_limit_sq()) {
                 decided = i + 1;
             }
@@ -372,7 +256,7 @@ impl LookAhead {
     fn open_from(&self) -> usize {
         let mut left_mm = 0.0;
         for (i, queued) in self.queue.iter().enumerate().rev() {
-            let Ahead::Piece(_, piece) = &queued.item else { return i };
+            let Some(piece) = queued.item.piece() else { return i };
             if left_mm * left_mm > piece.speed_sq_max() * self.tick_s * self.tick_s {
                 return i;
             }
@@ -382,14 +266,7 @@ impl LookAhead {
     }
 
     /// Holds the speed around the newest corner so that no chord of a tick cuts it, with the
-    /// corners before it, by more than their share of the path tolerance. Over a way W that turns
-    /// by Θ within a part S of it, a chord is off by at most Θ·(W/4 - S/8).
-    ///
-    /// ```text
-    ///            ,--S--.
-    ///      _____/       \_____       W: the way of a tick
-    ///     '- - - - - - - - - -'      chord
-    /// ```
+    /// corners before it, by more than their share of the path tolerance: see [`way_mm`].
     fn hold_corner(&mut self) {
         let newest = self.queue.len() - 1;
         let tick_s_sq = self.tick_s * self.tick_s;
@@ -397,7 +274,7 @@ impl LookAhead {
         // How far the path turns, from this item on.
         let (mut turn_rad, mut turn_from) = (0.0, newest + 1);
         for first in (0..=newest).rev() {
-            let Ahead::Piece(_, piece) = &self.queue[first].item else { break };
+            let Some(piece) = self.queue[first].item.piece() else { break };
             if first < newest {
                 span_mm += piece.length_mm;
                 let is_past = span_mm * span_mm > piece.speed_sq_max() * tick_s_sq;
@@ -410,13 +287,13 @@ impl LookAhead {
             let tick_sq = fastest_sq * tick_s_sq;
             let is_cut = |way_mm: f64| tick_sq > way_mm * way_mm;
             // Of half a turn first: most corners are passed so slowly that none matters.
-            let half_turn_mm = greater(self.half_turn_mm + 0.5 * span_mm, span_mm);
-            if !is_cut(half_turn_mm) || piece.junction.turn.is_none() {
+            if !is_cut(way_mm(self.half_turn_mm, span_mm)) || piece.junction.turn.is_none() {
                 continue;
             }
             turn_rad = lesser(turn_rad + self.turn_rad(first..turn_from), PI);
             turn_from = first;
-            let way_mm = self.way_mm(self.corner_share(first, newest), turn_rad, span_mm);
+            let off_mm = self.corner_share(first, newest) * self.tolerance_mm;
+            let way_mm = way_mm(turning_mm(off_mm, turn_rad), span_mm);
             if is_cut(way_mm) {
                 self.hold_window(first, newest, way_mm);
                 let around = first.saturating_sub(1)..=newest;
@@ -425,35 +302,23 @@ impl LookAhead {
         }
     }
 
-    /// How far a tick may go that turns so far within a span, at this share of the tolerance.
-    #[inline]
-    fn way_mm(&self, share: f64, turn_rad: f64, span_mm: f64) -> f64 {
-        let off_mm = share * self.tolerance_mm;
-        greater(4.0 * off_mm / turn_rad + 0.5 * span_mm, span_mm)
-    }
-
     /// How far the path turns at the starts of items.
     fn turn_rad(&self, items: Range<usize>) -> f64 {
-        let turn_rad = |queued: &Queued| match &queued.item {
-            Ahead::Piece(_, piece) if !piece.junction.turn.is_none() => piece.junction.turn.rad(),
-            Ahead::Piece(..) | Ahead::Event(_) | Ahead::Seam(_) => 0.0,
-        };
-        self.queue[items].iter().map(turn_rad).sum()
+        let turns = self.queue[items].iter().filter_map(|queued| queued.item.piece());
+        let turns = turns.map(|piece| piece.junction.turn).filter(|turn| !turn.is_none());
+        turns.map(|turn| turn.rad()).sum()
     }
 
     /// Square of the speed that all of a piece can be run at; 0 of anything else.
     fn piece_sq(&self, index: usize) -> f64 {
-        match &self.queue[index].item {
-            Ahead::Piece(_, piece) => piece.speed_sq_max(),
-            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
-        }
+        self.queue[index].item.piece().map_or(0.0, Piece::speed_sq_max)
     }
 
     /// The share of the path tolerance for the corners at the starts of two items.
     fn corner_share(&self, first: usize, last: usize) -> f64 {
         let is_line = |i: usize| match &self.queue[i].item {
-            Ahead::Piece(segment, _) => matches!(segment.curve, Curve::Line),
-            Ahead::Event(_) | Ahead::Seam(_) => true,
+            Item::Run(run) => matches!(run.segment.curve, Curve::Line),
+            Item::Event(_) | Item::Seam(_) => true,
         };
         let has_lines_only = (first.saturating_sub(1)..=last).all(is_line);
         if has_lines_only { LINES_SHARE } else { CORNER_SHARE }
@@ -462,17 +327,15 @@ impl LookAhead {
     /// Holds the speed around the corners at the starts of two items, so that a tick goes no further.
     fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
         let around = first.saturating_sub(1)..=last;
-        let accel = |i: usize| match &self.queue[i].item {
-            Ahead::Piece(_, piece) => piece.accel_max_mm_s2(),
-            Ahead::Event(_) | Ahead::Seam(_) => 0.0,
-        };
+        let accel = |i: usize| self.queue[i].item.piece().map_or(0.0, Piece::accel_max_mm_s2);
         let accel_mm_s2 = around.map(accel).fold(0.0, f64::max);
         // Half a tick of braking before and of speeding up after the window's middle.
         let gain_mm = 0.25 * accel_mm_s2 * self.tick_s * self.tick_s;
         let speed_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
         let speed_sq = speed_mm_s * speed_mm_s;
         for i in first..=last {
-            let Ahead::Piece(_, piece) = &mut self.queue[i].item else { continue };
+            let Item::Run(run) = &mut self.queue[i].item else { continue };
+            let piece = &mut run.piece;
             let junction = &mut piece.junction;
             if speed_sq < junction.speed_sq_max {
                 junction.speed_sq_max = speed_sq;
@@ -483,4 +346,22 @@ impl LookAhead {
             }
         }
     }
+}
+
+/// How far a tick may go that turns so far within a span S. Over a way W that turns by Θ within a part S of it, a
+/// chord is off by at most Θ·(W/4 - S/8).
+///
+/// ```text
+///            ,--S--.
+///      _____/       \_____       W: the way of a tick
+///     '- - - - - - - - - -'      chord
+/// ```
+#[inline]
+fn way_mm(turning_mm: f64, span_mm: f64) -> f64 {
+    greater(turning_mm + 0.5 * span_mm, span_mm)
+}
+
+/// The same at one place, where a chord may be so far off.
+fn turning_mm(off_mm: f64, turn_rad: f64) -> f64 {
+    4.0 * off_mm / turn_rad
 }

@@ -9,8 +9,10 @@
 //! 3. `junction`: how fast the path may be where segments meet;
 //! 4. `lookahead`: the greatest speeds within all that, over the whole program;
 //! 5. `jerk`: where axes have a limit on jerk, accelerations that change evenly;
-//! 6. `seams`: where node buffers end, at rest; decided before, in a run of its own;
+//! 6. `seams`: where node buffers end, at rest; decided before, in a plan of its own;
 //! 7. `schedule`: pieces with speeds put on the time axis, buffers and ticks.
+//!
+//! From 2 to 7 a piece stays in one box, a `run`, and comes out as a `profile`; both are used again.
 //!
 //! [`explain`] tells why each block is as fast as it is, [`survey`] what each seam costs.
 //!
@@ -36,6 +38,7 @@ mod piece;
 mod places;
 mod profile;
 mod ramp;
+mod run;
 mod schedule;
 mod seams;
 mod source;

@@ -162,13 +162,6 @@ impl Piece {
         self.grip = Grip::bent(ends, self.length_mm, fastest_sq, limits);
     }
 
-    /// The same, for the next of several parts: those behind the first go straight on.
-    pub(super) fn next_part(self: &mut Box<Piece>) -> Box<Piece> {
-        let part = self.clone();
-        self.junction = Junction::STRAIGHT;
-        part
-    }
-
     /// Lets it change its speed at once.
     pub(super) fn without_ramps(&mut self) {
         self.grip = Grip::FREE;
@@ -403,7 +396,8 @@ impl Piece {
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
     /// acceleration, unless it takes long, all of it may be as fast as its ends, and leaves room for a
     /// greater one.
-    #[inline]
+    // Inlined, it is written where it stays: given back as a whole it would be read back before it is written.
+    #[inline(always)]
     pub fn ramp(&self, ends_mm_s: [f64; 2]) -> Ramp {
         let speed_sq_max = self.speed_sq_max();
         let between =

@@ -17,12 +17,12 @@ use std::collections::VecDeque;
 use crate::base::{Axis, AxisSet, Machine};
 use crate::path::{Curve, Segment};
 
+use super::Feed;
 use super::limits::Limits;
-use super::lookahead::Decided;
 use super::piece::Piece;
+use super::run::{Item, Run};
 use super::seams::SeamKind;
 use super::stop::{Climber, Way};
-use super::{Feed, Ramp};
 
 /// Places that lie closer behind another that is as good are left out, but for those where motion
 /// rests: at 4 ticks a buffer has still 374 to choose from.
@@ -114,7 +114,7 @@ pub struct Places {
     corner_mm: f64,
     accel_max_mm_s2: f64,
     /// Pieces that braking for a place may reach back to.
-    behind: VecDeque<Run>,
+    behind: VecDeque<Box<Run>>,
     /// Places in order, waiting for what speeding up again takes.
     places: VecDeque<Place>,
     at_ticks: f64,
@@ -128,13 +128,6 @@ pub struct Places {
     line: u32,
     ended: Option<EndedBlock>,
     finished: bool,
-}
-
-/// A piece, and how the plan runs it.
-#[derive(Debug)]
-struct Run {
-    piece: Box<Piece>,
-    ramp: Ramp,
 }
 
 /// A segment whose end may be a place, once it is known what follows.
@@ -170,10 +163,10 @@ impl Places {
     }
 
     /// Takes the next item of the plan.
-    pub fn push(&mut self, decided: Decided) {
-        match decided {
-            Decided::Seam(_) => {}
-            Decided::Event(event) => {
+    pub fn push(&mut self, item: Item) {
+        match item {
+            Item::Seam(_) => {}
+            Item::Event(event) => {
                 self.end_block(true);
                 self.at_ticks = self.at_ticks.ceil();
                 self.stretch += 1;
@@ -187,11 +180,11 @@ impl Places {
                     _ => {}
                 }
             }
-            Decided::Piece { segment, piece, ends_mm_s, ramp, .. } => {
-                if piece.shares[0] == 0.0 {
-                    self.end_block(segment.feed_mm_s.is_none());
+            Item::Run(run) => {
+                if run.piece.shares[0] == 0.0 {
+                    self.end_block(run.segment.feed_mm_s.is_none());
                 }
-                self.run(&segment, piece, ends_mm_s[1] == 0.0, ramp);
+                self.run(run);
             }
         }
     }
@@ -216,14 +209,16 @@ impl Places {
         }
     }
 
-    fn run(&mut self, segment: &Segment, piece: Box<Piece>, rests: bool, ramp: Ramp) {
-        self.catch_up(&piece, rests, &ramp);
+    fn run(&mut self, run: Box<Run>) {
+        let rests = run.ends_mm_s[1] == 0.0;
+        self.catch_up(&run, rests);
+        let Run { segment, piece, ramp, .. } = &*run;
         self.line = segment.line;
         self.at_ticks += ramp.duration_s() / self.tick_s;
         self.moving = self.moving.union(moving(segment));
         let (share, is_rapid) = (piece.shares[1], segment.feed_mm_s.is_none());
-        let takes_long = self.takes_long(segment, &piece);
-        self.behind.push_back(Run { piece, ramp });
+        let takes_long = self.takes_long(segment, piece);
+        self.behind.push_back(run);
         if share == 1.0 {
             self.ended = Some(EndedBlock { is_rapid, rests });
         } else if is_rapid || takes_long {
@@ -307,8 +302,7 @@ impl Places {
         let mut reached = self.behind.len();
         while reached > 0 && !braking.is_done() {
             reached -= 1;
-            let run = &self.behind[reached];
-            braking.pass(&run.piece, &run.ramp);
+            braking.pass(&self.behind[reached]);
         }
         self.behind.drain(..reached);
         braking.more_s() / self.tick_s
@@ -316,10 +310,10 @@ impl Places {
 
     /// Places behind this piece speed up from rest along it, as far as they have not caught up
     /// with the plan.
-    fn catch_up(&mut self, piece: &Piece, rests: bool, ramp: &Ramp) {
+    fn catch_up(&mut self, run: &Run, rests: bool) {
         for place in &mut self.places {
             let Some(up) = &mut place.catching_up else { continue };
-            up.pass(piece, ramp);
+            up.pass(run);
             if up.is_done() || rests {
                 place.after_ticks += up.more_s() / self.tick_s;
                 place.catching_up = None;

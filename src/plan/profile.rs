@@ -3,9 +3,9 @@
 use std::rc::Rc;
 
 use crate::base::Point;
-use crate::interp::Corner;
-use crate::path::{Curve, Segment};
+use crate::path::{Corner, Curve, Segment};
 
+use super::run::Run;
 use super::{Bound, Moment, Ramp};
 
 /// How far a curve turns along a chord of a drawing at most: 2 degrees.
@@ -42,12 +42,21 @@ impl Profile {
         Profile {
             segment: Rc::new(segment),
             shares: [0.0; 2],
-            ramp: Ramp::steady(0.0, [1.0; 2]),
+            ramp: Ramp::NONE,
             start: Moment::default(),
             end: Moment::default(),
             buffer: 0,
             bound: Bound::Feed,
         }
+    }
+
+    /// Becomes the motion of a run: all but when it is and in which buffer. What it was stays behind.
+    #[inline]
+    pub(super) fn take(&mut self, run: &mut Run) {
+        self.shares = run.piece.shares;
+        self.bound = Bound::of(run);
+        std::mem::swap(&mut self.segment, &mut run.segment);
+        std::mem::swap(&mut self.ramp, &mut run.ramp);
     }
 
     /// Share of the segment's way done at a tick boundary between the piece's start and end; exactly that of
@@ -109,20 +118,20 @@ impl Profile {
     }
 }
 
-/// Profiles that are given out in turn. Whoever follows a plan holds the one under way and perhaps the next: so
-/// the one before is free, and no memory is asked for.
+/// Two profiles, given out by turns: who asks for the next one holds the one under way at most, so that the one
+/// before is free, and no memory is asked for.
 #[derive(Debug)]
-pub(super) struct Turns {
+pub(super) struct Reused {
     /// The one that is given out next, and the one that was last.
     profiles: [Rc<Profile>; 2],
 }
 
-impl Turns {
-    pub(super) fn new() -> Turns {
-        Turns { profiles: [Profile::none(), Profile::none()].map(Rc::new) }
+impl Reused {
+    pub(super) fn new() -> Reused {
+        Reused { profiles: [Profile::none(), Profile::none()].map(Rc::new) }
     }
 
-    /// The one that comes next, to become what it is to be: another where somebody still holds it.
+    /// The one that is given out next, to become what it is to be: a new one where somebody holds it still.
     #[inline]
     pub(super) fn next(&mut self) -> &mut Profile {
         Rc::make_mut(&mut self.profiles[0])
@@ -133,5 +142,42 @@ impl Turns {
     pub(super) fn give(&mut self) -> Rc<Profile> {
         self.profiles.swap(0, 1);
         Rc::clone(&self.profiles[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    use crate::base::{Axis, Machine};
+    use crate::path::PathItem;
+    use crate::plan::{self, Feed, Planned, Seams};
+
+    /// A profile is used again only where nobody holds it.
+    #[test]
+    fn profiles_that_are_held_stay_what_they_are() {
+        let machine = Machine::load("router").unwrap();
+        let at = |k: i32| {
+            let mut at_mm = machine.work_zero_mm;
+            at_mm[Axis::X] += f64::from(k * k);
+            at_mm
+        };
+        let line = |k: i32| Segment {
+            line: k as u32 + 1,
+            feed_mm_s: Some(20.0),
+            from_mm: at(k),
+            to_mm: at(k + 1),
+            curve: Curve::Line,
+            corner: Corner::default(),
+        };
+        let path = || (0..9).map(|k| Ok::<_, Infallible>(PathItem::from(line(k))));
+        let start_mm = machine.work_zero_mm;
+        let plan = || plan::plan(path(), &machine, Feed::LookAhead, Seams::NONE, start_mm);
+        let held: Vec<Planned> = plan().map(Result::unwrap).collect();
+        assert!(held.len() >= 9);
+        for (one, held) in plan().map(Result::unwrap).zip(&held) {
+            assert_eq!(one, *held);
+        }
     }
 }

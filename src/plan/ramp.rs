@@ -72,6 +72,19 @@ impl Leg {
 }
 
 impl Ramp {
+    /// Of no length.
+    pub const NONE: Ramp = Ramp {
+        length_mm: 0.0,
+        duration_s: 0.0,
+        peak_mm_s: 0.0,
+        legs: Legs::Trapezoid {
+            entry_mm_s: 0.0,
+            accel_mm_s2: 0.0,
+            cruise: (0.0, 0.0),
+            down: (0.0, 0.0),
+        },
+    };
+
     /// From one speed to another over a length, as fast as the square of a greatest speed and an acceleration
     /// allow: up, cruise, down. The ends have to be within reach of each other.
     #[inline]

@@ -8,8 +8,8 @@ use super::corner::{CORNER_SHARE, CornerGuard, Place};
 use super::decisions::Decisions;
 use super::extreme::lesser;
 use super::limits::Limits;
-use super::lookahead::Timed;
-use super::profile::Turns;
+use super::profile::Reused;
+use super::run::Item;
 use super::{Feed, Moment, Planned, Profile, Ramp, SeamKind, Seams};
 
 /// See [`super::plan`].
@@ -17,7 +17,7 @@ use super::{Feed, Moment, Planned, Profile, Ramp, SeamKind, Seams};
 pub struct Planner<'a, I> {
     decisions: Decisions<'a, I>,
     schedule: Schedule,
-    profiles: Turns,
+    profiles: Reused,
 }
 
 impl<'a, I> Planner<'a, I> {
@@ -34,7 +34,7 @@ impl<'a, I> Planner<'a, I> {
         Planner {
             decisions: Decisions::new(path, machine, feed, Some(seams)),
             schedule: Schedule::new(machine, feed, start_mm),
-            profiles: Turns::new(),
+            profiles: Reused::new(),
         }
     }
 }
@@ -43,14 +43,17 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
     type Item = Result<Planned, E>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let (schedule, profile) = (&mut self.schedule, self.profiles.next());
-        Some(match self.decisions.next_timed(profile)? {
-            Ok(Timed::Run { rests_at_end }) => {
-                schedule.run(profile, rests_at_end);
+        let schedule = &mut self.schedule;
+        Some(match self.decisions.next()? {
+            Ok(Item::Run(mut run)) => {
+                let profile = self.profiles.next();
+                profile.take(&mut run);
+                schedule.run(profile, run.ends_mm_s[1] == 0.0);
+                self.decisions.reuse(run);
                 Ok(Planned::Profile(self.profiles.give()))
             }
-            Ok(Timed::Event(event)) => Ok(Planned::Event(schedule.event(*event))),
-            Ok(Timed::Seam(kind)) => Ok(Planned::Seam(schedule.seam(kind))),
+            Ok(Item::Event(event)) => Ok(Planned::Event(schedule.event(*event))),
+            Ok(Item::Seam(kind)) => Ok(Planned::Seam(schedule.seam(kind))),
             Err(error) => Err(error),
         })
     }
@@ -71,8 +74,8 @@ struct Schedule {
     buffer_start: u64,
     /// Where motion has ramps: whether it has come to rest.
     rests: bool,
-    /// The way since the last boundary. No corner since then is further from a chord
-    /// than that, or than the way to the next one.
+    /// There, too: the way since the last boundary. No corner since then is further from a chord than that, or
+    /// than the way to the next one.
     way_mm: f64,
     /// The share of the path tolerance for such corners.
     corner_mm: f64,

@@ -9,8 +9,8 @@ use crate::path::{Curve, Segment};
 use super::cuts::{Cuts, Parts};
 use super::junction::{Bend, End, Joint, Junction};
 use super::limits::Limits;
-use super::lookahead::{Ahead, LookAhead};
-use super::piece::Piece;
+use super::lookahead::LookAhead;
+use super::run::{Item, Run};
 use super::{Feed, Seams};
 
 /// Turns items of the path into items of the look-ahead.
@@ -26,7 +26,7 @@ pub struct Cutter<'a> {
     known: [Known; 2],
     cutting: Option<Box<Cutting>>,
     /// What follows the segment that is being cut, where that is no other.
-    stop: Option<Ahead>,
+    stop: Option<Item>,
 }
 
 /// A segment and its start.
@@ -43,7 +43,6 @@ struct Known {
 /// A segment that is cut into more than one piece.
 #[derive(Debug)]
 struct Cutting {
-    segment: Rc<Segment>,
     index: u64,
     tangent: Point,
     /// How the path bends where the next piece begins, and where the last one ends.
@@ -51,15 +50,6 @@ struct Cutting {
     parts: Parts,
     /// A node buffer ends where the last piece did.
     is_at_seam: bool,
-}
-
-/// What a piece is of.
-struct Of<'a> {
-    segment: Rc<Segment>,
-    /// The segment's number.
-    index: u64,
-    /// At its end; on a line, everywhere.
-    tangent: &'a Point,
 }
 
 /// What a segment has come to.
@@ -103,7 +93,7 @@ impl<'a> Cutter<'a> {
 
     /// Takes an event of the path, once all that was cut before has been given.
     pub fn event(&mut self, event: Event, ahead: &mut LookAhead) {
-        self.stop = Some(Ahead::Event(Box::new(event)));
+        self.stop = Some(Item::Event(Box::new(event)));
         self.finish(ahead);
     }
 
@@ -161,15 +151,14 @@ impl<'a> Cutter<'a> {
 
     fn next_part(&mut self, ahead: &mut LookAhead) {
         let Some(mut cutting) = self.cutting.take() else { return };
-        let Some((mut piece, is_last)) = self.giver.next_of(&mut cutting) else { return };
+        let Some((mut run, is_last)) = self.giver.next_of(&mut cutting) else { return };
         if cutting.is_at_seam {
-            (piece.junction, cutting.bends[0]) = (Junction::REST, None);
+            (run.piece.junction, cutting.bends[0]) = (Junction::REST, None);
         }
         let [bend_before, bend_after] = &cutting.bends;
         let bends = [bend_before.as_ref(), bend_after.as_ref().filter(|_| is_last)];
-        let Cutting { segment, index, tangent, .. } = &*cutting;
-        let of = Of { segment: Rc::clone(segment), index: *index, tangent };
-        cutting.is_at_seam = self.giver.give(piece, of, bends, ahead);
+        let Cutting { index, tangent, .. } = &*cutting;
+        cutting.is_at_seam = self.giver.give(run, *index, tangent, bends, ahead);
         if cutting.is_at_seam && is_last {
             let newest = self.newest();
             self.known[newest].rest();
@@ -191,60 +180,63 @@ impl Giver<'_> {
     ) -> Begun {
         let ramps = self.feed != Feed::Constant;
         let &Known { index, ref end, joint: Joint { junction, ref bend } } = known;
-        let mut whole = ahead.piece(segment.feed_mm_s, end.length_mm);
-        whole.junction = junction;
+        let mut whole = ahead.whole(segment, end.length_mm);
+        let Run { segment, piece, .. } = &mut *whole;
+        piece.junction = junction;
         let cuts = if matches!(segment.curve, Curve::Line) {
-            whole.hold_whole(&end.tangent, &self.limits);
+            piece.hold_whole(&end.tangent, &self.limits);
             if !ramps {
-                whole.without_ramps();
+                piece.without_ramps();
             }
             let seam = self.seams.map(|seams| seams.within(self.next_seam, index));
             Cuts::of_line(whole, &self.limits, seam.map(|seam| seam.is_some()))
         } else {
-            Cuts::of_curve(&segment, whole, &self.limits, ramps)
+            Cuts::of_curve(whole, &self.limits, ramps)
         };
         match cuts {
-            Cuts::One(piece) => {
+            Cuts::One(run) => {
                 let bends = [bend.as_ref(), bend_after];
-                let of = Of { segment, index, tangent: &end.tangent };
-                let is_at_seam = self.give(piece, of, bends, ahead);
+                let is_at_seam = self.give(run, index, &end.tangent, bends, ahead);
                 Begun::Given { is_at_seam }
             }
             Cuts::Many(parts) => {
                 let (tangent, bends) = (end.tangent, [*bend, bend_after.copied()]);
-                let cutting = Cutting { segment, index, tangent, bends, parts, is_at_seam: false };
+                let cutting = Cutting { index, tangent, bends, parts, is_at_seam: false };
                 Begun::Cutting(Box::new(cutting))
             }
         }
     }
 
     /// The next piece of what is being cut, and whether it is the last.
-    fn next_of(&self, cutting: &mut Cutting) -> Option<(Box<Piece>, bool)> {
+    fn next_of(&self, cutting: &mut Cutting) -> Option<(Box<Run>, bool)> {
         let seam = self.seams.and_then(|seams| seams.within(self.next_seam, cutting.index));
-        let piece = cutting.parts.next(&cutting.segment, &self.limits, seam)?;
-        let is_last = piece.shares[1] == 1.0;
-        Some((piece, is_last))
+        let run = cutting.parts.next(&self.limits, seam)?;
+        let is_last = run.piece.shares[1] == 1.0;
+        Some((run, is_last))
     }
 
-    /// Gives a piece of a segment with the bends at its ends, and the seam behind it. Tells whether there is one.
+    /// Gives a piece of the segment of a number, of these derivatives at its end (on a line, everywhere), with
+    /// the bends at its ends and the seam behind it. Tells whether there is one.
     #[inline]
     fn give(
         &mut self,
-        mut piece: Box<Piece>,
-        Of { segment, index, tangent }: Of<'_>,
+        mut run: Box<Run>,
+        index: u64,
+        tangent: &Point,
         [bend_before, bend_after]: [Option<&Bend>; 2],
         ahead: &mut LookAhead,
     ) -> bool {
+        let Run { segment, piece, .. } = &mut *run;
         let end = piece.shares[1];
         let seam = self.seams.and_then(|seams| seams.at(self.next_seam, index, end));
         if self.feed != Feed::Constant && matches!(segment.curve, Curve::Line) {
             let bend_after = bend_after.filter(|_| seam.is_none());
             piece.bend(tangent, [bend_before, bend_after], &self.limits);
         }
-        ahead.push_piece(segment, piece);
+        ahead.push_run(run);
         let Some(kind) = seam else { return false };
         self.next_seam += 1;
-        ahead.push_stop(Ahead::Seam(kind));
+        ahead.push_stop(Item::Seam(kind));
         true
     }
 }

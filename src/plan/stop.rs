@@ -15,6 +15,7 @@
 use super::Ramp;
 use super::jerk::{Lane, SAME, State};
 use super::piece::Piece;
+use super::run::Run;
 
 /// How long the plan is looked at behind M for where it is steepest, in times that the greatest acceleration
 /// takes to grow: the arc lasts up to twice as long, half of it before M.
@@ -68,7 +69,7 @@ impl Climber {
 
     /// Takes the next piece, as the plan runs it. On a bent piece the look-ahead has no corner at M, but a
     /// ramp from end to end.
-    pub fn pass(&mut self, piece: &Piece, ramp: &Ramp) {
+    pub fn pass(&mut self, Run { piece, ramp, .. }: &Run) {
         let (speed_mm_s, more_s) = (self.state.speed_mm_s, self.more_s);
         let was_met = self.met.is_some();
         self.pass_lanes(piece, ramp);

@@ -26,7 +26,7 @@ pub struct Ceiling {
 }
 
 /// Finds it below a plan, from rest at the end of what is known.
-pub fn ceiling(plan: &[Lane], runs: &[Run]) -> Ceiling {
+pub fn ceiling(plan: &[Lane], runs: &[Box<Run>]) -> Ceiling {
     let end_mm = plan.last().map_or(0.0, |lane| lane.end_mm);
     let mut lanes: Vec<Lane> = Vec::with_capacity(plan.len() + 16);
     let mut state = State { at_mm: -end_mm, ..State::default() };

@@ -25,25 +25,13 @@ pub use limit::JerkLimit;
 pub use stretch::{SAME, State, Stretch};
 
 use std::collections::VecDeque;
-use std::rc::Rc;
 
 use super::Ramp;
-use super::lookahead::Decided;
-use super::piece::Piece;
-use crate::path::Segment;
+use super::run::{Item, Run};
 use round::{Part, Rounding};
 
 /// Pieces that are smoothed together at least: so many that the passes' overhead is spread.
 const RUNS_MIN: usize = 256;
-
-/// A piece with the speeds that constant accelerations give it.
-#[derive(Debug)]
-struct Run {
-    segment: Rc<Segment>,
-    piece: Box<Piece>,
-    ramp: Ramp,
-    at_seam: bool,
-}
 
 impl Run {
     /// The greatest acceleration at a speed.
@@ -62,7 +50,9 @@ impl Run {
 /// Gives decided pieces ramps with limited jerk.
 #[derive(Debug)]
 pub struct Smoother {
-    runs: Vec<Run>,
+    /// Pieces with the speeds that constant accelerations give them.
+    #[expect(clippy::vec_box, reason = "they come and go in their boxes")]
+    runs: Vec<Box<Run>>,
     /// How the first of them begins.
     state: State,
     /// The motion from there to rest at the end of what was known: it has been found, but is not
@@ -72,7 +62,7 @@ pub struct Smoother {
     enough_min: usize,
     /// Runs that are collected before the passes run again.
     enough: usize,
-    ready: VecDeque<Decided>,
+    ready: VecDeque<Item>,
 }
 
 impl Smoother {
@@ -87,12 +77,11 @@ impl Smoother {
     }
 
     /// Takes the next item. The path ends at rest.
-    pub fn push(&mut self, decided: Decided) {
-        let Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam } = decided else {
-            return self.ready.push_back(decided);
-        };
-        self.runs.push(Run { segment, piece, ramp, at_seam });
-        if ends_mm_s[1] == 0.0 {
+    pub fn push(&mut self, item: Item) {
+        let Item::Run(run) = item else { return self.ready.push_back(item) };
+        let rests = run.ends_mm_s[1] == 0.0;
+        self.runs.push(run);
+        if rests {
             self.smooth(true);
             self.state = State::default();
             self.enough = self.enough_min;
@@ -103,7 +92,7 @@ impl Smoother {
     }
 
     /// Gives the next item, if there is one.
-    pub fn pop(&mut self) -> Option<Decided> {
+    pub fn pop(&mut self) -> Option<Item> {
         self.ready.pop_front()
     }
 
@@ -140,7 +129,7 @@ impl Smoother {
         let mut parts = parts.iter().peekable();
         let mut entry_mm_s = self.state.speed_mm_s;
         let mut stretches = Vec::new();
-        for (i, run) in self.runs.drain(..count).enumerate() {
+        for (i, mut run) in self.runs.drain(..count).enumerate() {
             stretches.clear();
             while let Some(part) = parts.next_if(|part| part.run == i) {
                 stretches.push(part.stretch);
@@ -148,12 +137,10 @@ impl Smoother {
             let end = stretches.last().map_or(self.state, Stretch::end);
             let exit_mm_s = if rests && i + 1 == count { 0.0 } else { end.speed_mm_s };
             self.state = State { at_mm: 0.0, speed_mm_s: exit_mm_s, ..end };
-            let ramp = Ramp::along(run.piece.length_mm, &stretches);
-            let ends_mm_s = [entry_mm_s, exit_mm_s];
+            run.ramp = Ramp::along(run.piece.length_mm, &stretches);
+            run.ends_mm_s = [entry_mm_s, exit_mm_s];
             entry_mm_s = exit_mm_s;
-            let Run { segment, piece, at_seam, .. } = run;
-            let decided = Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam };
-            self.ready.push_back(decided);
+            self.ready.push_back(Item::Run(run));
         }
     }
 }
@@ -190,8 +177,8 @@ mod tests {
     use crate::plan::limits::Limits;
 
     /// Pieces of circles of changing radius that join, and the greatest speeds on them.
-    fn decided(limits: &Limits) -> Vec<Decided> {
-        let mut pieces = Vec::new();
+    fn decided(limits: &Limits) -> Vec<Item> {
+        let mut runs = Vec::new();
         for k in 0..60 {
             let radius_mm = 0.5 + 8.0 * f64::from(k * 37 % 17) / 17.0;
             let mut from_mm = Point::ZERO;
@@ -209,28 +196,27 @@ mod tests {
             let (line, corner) = (k + 1, Default::default());
             let curve = Curve::Arc(arc);
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
-            let whole = Box::new(Piece::at_feed(None, [0.0, 1.0], segment.length_mm()));
-            let cuts = Cuts::of_curve(&segment, whole, limits, true);
-            let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
             let segment = Rc::new(segment);
-            let next = || Some((Rc::clone(&segment), parts.next(&segment, limits, None)?));
-            pieces.extend(std::iter::from_fn(next));
+            let length_mm = segment.length_mm();
+            let whole = Box::new(Run::whole(segment, length_mm));
+            let cuts = Cuts::of_curve(whole, limits, true);
+            let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
+            let next = || parts.next(limits, None);
+            runs.extend(std::iter::from_fn(next));
         }
-        let mut speeds_sq = vec![0.0; pieces.len() + 1];
-        for i in (1..pieces.len()).rev() {
-            let before = pieces[i - 1].1.ends_sq_max[1];
-            speeds_sq[i] = pieces[i].1.entry_sq_max(speeds_sq[i + 1], before);
+        let mut speeds_sq = vec![0.0; runs.len() + 1];
+        for i in (1..runs.len()).rev() {
+            let before = runs[i - 1].piece.ends_sq_max[1];
+            speeds_sq[i] = runs[i].piece.entry_sq_max(speeds_sq[i + 1], before);
         }
-        for i in 1..pieces.len() {
-            speeds_sq[i] = pieces[i - 1].1.exit_sq_max(speeds_sq[i - 1], speeds_sq[i]);
+        for i in 1..runs.len() {
+            speeds_sq[i] = runs[i - 1].piece.exit_sq_max(speeds_sq[i - 1], speeds_sq[i]);
         }
-        let ends = |i: usize| [speeds_sq[i].sqrt(), speeds_sq[i + 1].sqrt()];
-        let decide = |(i, (segment, piece)): (usize, (Rc<Segment>, Box<Piece>))| {
-            let (ends_mm_s, at_seam) = (ends(i), false);
-            let ramp = piece.ramp(ends_mm_s);
-            Decided::Piece { segment, piece, ends_mm_s, ramp, at_seam }
+        let decide = |(i, mut run): (usize, Box<Run>)| {
+            run.decide(speeds_sq[i].sqrt(), speeds_sq[i + 1].sqrt(), false);
+            Item::Run(run)
         };
-        pieces.into_iter().enumerate().map(decide).collect()
+        runs.into_iter().enumerate().map(decide).collect()
     }
 
     /// What is given out early takes the time that it takes in the whole, and is never faster than with
@@ -243,15 +229,16 @@ mod tests {
             let time_s = |enough_min: usize| -> f64 {
                 let mut smoother = Smoother::with_at_least(enough_min);
                 let (mut time_s, mut reached) = (0.0, VecDeque::new());
-                for decided in decided(&limits) {
-                    if let Decided::Piece { ends_mm_s, .. } = &decided {
-                        reached.push_back(ends_mm_s[1]);
+                for item in decided(&limits) {
+                    if let Item::Run(run) = &item {
+                        reached.push_back(run.ends_mm_s[1]);
                     }
-                    smoother.push(decided);
-                    while let Some(Decided::Piece { ends_mm_s, ramp, .. }) = smoother.pop() {
+                    smoother.push(item);
+                    while let Some(Item::Run(run)) = smoother.pop() {
                         let limit_mm_s = reached.pop_front().unwrap_or(0.0);
-                        assert!(ends_mm_s[1] <= limit_mm_s * (1.0 + 1e-6), "{ends_mm_s:?}");
-                        time_s += ramp.duration_s();
+                        let exit_mm_s = run.ends_mm_s[1];
+                        assert!(exit_mm_s <= limit_mm_s * (1.0 + 1e-6), "{exit_mm_s}");
+                        time_s += run.ramp.duration_s();
                     }
                 }
                 time_s

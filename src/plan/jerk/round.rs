@@ -128,7 +128,7 @@ struct Outlook {
 #[derive(Debug)]
 pub struct Rounding<'a> {
     lanes: &'a [Lane],
-    runs: &'a [Run],
+    runs: &'a [Box<Run>],
     /// One for each lane.
     outlooks: Vec<Outlook>,
     state: State,
@@ -140,7 +140,12 @@ pub struct Rounding<'a> {
 impl<'a> Rounding<'a> {
     /// From a state at the start of the lanes, on the ceiling or below it; or above it, where there is
     /// a motion from there on that was found below another ceiling: it is kept as far as it is above.
-    pub fn new(lanes: &'a [Lane], runs: &'a [Run], state: State, held: Vec<Part>) -> Rounding<'a> {
+    pub fn new(
+        lanes: &'a [Lane],
+        runs: &'a [Box<Run>],
+        state: State,
+        held: Vec<Part>,
+    ) -> Rounding<'a> {
         let own = |lane: &Lane| Outlook {
             step_mm_s2: lane.step_mm_s2(&runs[lane.run].piece),
             break_mm: f64::INFINITY,

@@ -1,0 +1,86 @@
+//! A piece of the path on its way through the planner: from the cutter to the schedule it stays in its box.
+
+use std::rc::Rc;
+
+use crate::base::Event;
+use crate::path::Segment;
+
+use super::junction::Junction;
+use super::piece::Piece;
+use super::{Ramp, SeamKind};
+
+/// A piece of a segment, and its motion once that is decided.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The segment.
+    pub segment: Rc<Segment>,
+    /// The piece of it, from rest or from the piece before.
+    pub piece: Piece,
+    /// Speeds at its start and end.
+    pub ends_mm_s: [f64; 2],
+    /// How it is run between them.
+    pub ramp: Ramp,
+    /// It begins or ends with a stop that only a seam asks for.
+    pub at_seam: bool,
+}
+
+/// An item on its way through the planner.
+#[derive(Clone, Debug)]
+pub enum Item {
+    /// Motion along a piece of the path.
+    Run(Box<Run>),
+    /// Something that happens at rest.
+    Event(Box<Event>),
+    /// A node buffer ends and the next begins, at rest.
+    Seam(SeamKind),
+}
+
+impl Run {
+    /// Of a piece whose motion is not decided.
+    pub fn new(segment: Rc<Segment>, piece: Piece) -> Run {
+        Run { segment, piece, ends_mm_s: [0.0; 2], ramp: Ramp::NONE, at_seam: false }
+    }
+
+    /// All of a segment of this length: no more than the feed holds it so far.
+    pub fn whole(segment: Rc<Segment>, length_mm: f64) -> Run {
+        let piece = Piece::at_feed(segment.feed_mm_s, [0.0, 1.0], length_mm);
+        Run::new(segment, piece)
+    }
+
+    /// Becomes that, whatever it was: field by field, since a run is more than what changes.
+    #[inline]
+    pub fn become_whole(&mut self, segment: Rc<Segment>, length_mm: f64) {
+        self.piece.renew(segment.feed_mm_s, length_mm);
+        self.segment = segment;
+    }
+
+    /// The next of several parts: those behind the first go straight on.
+    pub fn next_part(self: &mut Box<Run>) -> Box<Run> {
+        let part = self.clone();
+        self.piece.junction = Junction::STRAIGHT;
+        part
+    }
+
+    /// Its motion is between these speeds. Both in an array would be read back before they are written.
+    pub fn decide(&mut self, entry_mm_s: f64, exit_mm_s: f64, at_seam: bool) {
+        let ends_mm_s = [entry_mm_s, exit_mm_s];
+        self.ramp = self.piece.ramp(ends_mm_s);
+        (self.ends_mm_s, self.at_seam) = (ends_mm_s, at_seam);
+    }
+}
+
+impl Item {
+    /// The piece of the path that it is, if it is one.
+    #[inline]
+    pub fn piece(&self) -> Option<&Piece> {
+        match self {
+            Item::Run(run) => Some(&run.piece),
+            Item::Event(_) | Item::Seam(_) => None,
+        }
+    }
+
+    /// Whether it is a seam where motion would not rest.
+    pub fn is_own_stop(&self) -> bool {
+        matches!(self, Item::Seam(SeamKind::Rapid | SeamKind::Cut))
+    }
+}
