@@ -186,6 +186,7 @@ impl LookAhead {
     fn pop_front(&mut self) -> Option<Item> {
         let front = self.queue[..self.decided].get_mut(self.given)?;
         self.given += 1;
+        self.is_at_seam = front.item.is_own_stop();
         Some(std::mem::replace(&mut front.item, Item::Seam(SeamKind::Rest)))
     }
 
@@ -205,15 +206,18 @@ impl LookAhead {
 
     /// Nothing can change the speeds of so many items of the queue: these are run so.
     fn settle(&mut self, count: usize) {
+        let before = self.decided.checked_sub(1).map(|before| &self.queue[before].item);
+        let mut starts_at_seam = before.map_or(self.is_at_seam, Item::is_own_stop);
         for i in self.decided..count {
             let next = self.queue.get(i + 1);
             let exit_mm_s = next.map_or(0.0, |next| next.entry_mm_s);
             let ends_at_seam = next.is_some_and(|next| next.item.is_own_stop());
             let Queued { item, entry_mm_s, .. } = &mut self.queue[i];
-            let starts_at_seam = std::mem::replace(&mut self.is_at_seam, item.is_own_stop());
+            let at_seam = starts_at_seam || ends_at_seam;
+            starts_at_seam = item.is_own_stop();
             let Item::Run(run) = item else { continue };
             if self.has_ramps {
-                run.decide(*entry_mm_s, exit_mm_s, starts_at_seam || ends_at_seam);
+                run.decide(*entry_mm_s, exit_mm_s, at_seam);
             } else {
                 let speed_mm_s = run.piece.speed_sq_max().sqrt();
                 run.decide(speed_mm_s, speed_mm_s, false);
@@ -364,4 +368,44 @@ fn way_mm(turning_mm: f64, span_mm: f64) -> f64 {
 /// The same at one place, where a chord may be so far off.
 fn turning_mm(off_mm: f64, turn_rad: f64) -> f64 {
     4.0 * off_mm / turn_rad
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::{Axis, Machine, Point};
+
+    /// Seams and runs come two at a time: wherever the passes fall between them, those beside a seam are so.
+    #[test]
+    fn runs_beside_seams_know_it() {
+        const RUNS: u32 = 10_000;
+        let limits = Limits::new(&Machine::load("router").unwrap());
+        let [from_mm, mut to_mm] = [Point::ZERO; 2];
+        to_mm[Axis::X] = 10.0;
+        let (curve, corner) = (Curve::Line, Default::default());
+        let feed_mm_s = Some(10.0);
+        let line = Rc::new(Segment { line: 1, feed_mm_s, from_mm, to_mm, curve, corner });
+        // One of two or three, in no order that batches share.
+        let ends_at_seam = |k: u32| k.wrapping_mul(2_654_435_761) >> 16 & 0xff < 100;
+        let mut ahead = LookAhead::new(&limits, Feed::LookAhead);
+        let mut runs = 0..RUNS;
+        for k in 0..RUNS {
+            let mut run = ahead.whole(Rc::clone(&line), 10.0);
+            run.piece.hold_whole(&to_mm, &limits);
+            ahead.push_run(run);
+            if ends_at_seam(k) {
+                ahead.push_stop(Item::Seam(SeamKind::Cut));
+            }
+            if k + 1 == RUNS {
+                ahead.finish();
+            }
+            while let Some(item) = ahead.pop() {
+                let Item::Run(run) = item else { continue };
+                let k = runs.next().unwrap();
+                let at_seam = ends_at_seam(k) || k > 0 && ends_at_seam(k - 1);
+                assert_eq!(run.at_seam, at_seam, "{k}");
+            }
+        }
+        assert!(runs.is_empty());
+    }
 }

@@ -12,7 +12,8 @@
 //! 6. `seams`: where node buffers end, at rest; decided before, in a plan of its own;
 //! 7. `schedule`: pieces with speeds put on the time axis, buffers and ticks.
 //!
-//! From 2 to 7 a piece stays in one box, a `run`, and comes out as a `profile`; both are used again.
+//! From 2 to 7 a piece stays in one box, a `run`, and comes out as a `profile`. Those of whole segments, and
+//! profiles that nobody holds, are used again.
 //!
 //! [`explain`] tells why each block is as fast as it is, [`survey`] what each seam costs.
 //!

@@ -55,13 +55,14 @@ impl Run {
     }
 
     /// The next of several parts: those behind the first go straight on.
-    pub fn next_part(self: &mut Box<Run>) -> Box<Run> {
-        let part = self.clone();
+    pub fn next_part(&mut self) -> Box<Run> {
+        let part = Run::new(Rc::clone(&self.segment), self.piece.clone());
         self.piece.junction = Junction::STRAIGHT;
-        part
+        Box::new(part)
     }
 
-    /// Its motion is between these speeds. Both in an array would be read back before they are written.
+    /// Its motion is between these speeds, which are given one by one: an array would go through memory, and be
+    /// read back at once.
     pub fn decide(&mut self, entry_mm_s: f64, exit_mm_s: f64, at_seam: bool) {
         let ends_mm_s = [entry_mm_s, exit_mm_s];
         self.ramp = self.piece.ramp(ends_mm_s);
