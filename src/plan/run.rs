@@ -10,7 +10,7 @@ use super::piece::Piece;
 use super::{Ramp, SeamKind};
 
 /// A piece of a segment, and its motion once that is decided.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Run {
     /// The segment.
     pub segment: Rc<Segment>,
@@ -25,7 +25,7 @@ pub struct Run {
 }
 
 /// An item on its way through the planner.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Item {
     /// Motion along a piece of the path.
     Run(Box<Run>),
