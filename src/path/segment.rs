@@ -79,23 +79,38 @@ impl Segment {
     /// axes alone the length in U V W, and else the angle in A B C (as RS-274/NGC has it). Where
     /// an arc's radius changes, the greater radius counts, so that no part of it is run faster
     /// than its feed.
+    #[inline]
     pub fn length_mm(&self) -> f64 {
-        let change = |axis: Axis| self.to_mm[axis] - self.from_mm[axis];
-        let norm =
-            |axes: [Axis; 3]| axes.into_iter().map(change).map(|d| d * d).sum::<f64>().sqrt();
-        if let Curve::Arc(arc) = &self.curve {
-            let along = change(arc.plane.normal());
-            let inward = arc.radius_to_mm - arc.radius_from_mm;
-            return (arc.turn_mm().powi(2) + inward * inward + along * along).sqrt();
+        match &self.curve {
+            Curve::Line => {
+                let length_mm = self.straight_mm(Axis::LINEAR);
+                if length_mm > 0.0 { length_mm } else { self.length_beside_xyz() }
+            }
+            Curve::Arc(arc) => self.arc_length_mm(arc),
+            Curve::Spline(spline) => spline.length_mm(),
         }
-        if let Curve::Spline(spline) = &self.curve {
-            return spline.length_mm();
-        }
-        [Axis::LINEAR, [Axis::U, Axis::V, Axis::W], [Axis::A, Axis::B, Axis::C]]
-            .into_iter()
-            .map(norm)
-            .find(|length| *length > 0.0)
-            .unwrap_or(0.0)
+    }
+
+    /// Length of the straight way between the ends in three axes.
+    #[inline]
+    fn straight_mm(&self, axes: [Axis; 3]) -> f64 {
+        let [a, b, c] = axes.map(|axis| self.to_mm[axis] - self.from_mm[axis]);
+        (a * a + b * b + c * c).sqrt()
+    }
+
+    /// Length of a line that rests in X, Y and Z.
+    #[inline(never)]
+    fn length_beside_xyz(&self) -> f64 {
+        let beside_mm = self.straight_mm([Axis::U, Axis::V, Axis::W]);
+        if beside_mm > 0.0 { beside_mm } else { self.straight_mm([Axis::A, Axis::B, Axis::C]) }
+    }
+
+    #[inline(never)]
+    fn arc_length_mm(&self, arc: &Arc) -> f64 {
+        let normal = arc.plane.normal();
+        let along_mm = self.to_mm[normal] - self.from_mm[normal];
+        let inward_mm = arc.radius_to_mm - arc.radius_from_mm;
+        (arc.turn_mm().powi(2) + inward_mm * inward_mm + along_mm * along_mm).sqrt()
     }
 
     /// Position after a share of the way; 0 is the start and 1 the end, both exactly.
@@ -141,6 +156,7 @@ impl Segment {
     }
 
     /// How fast each axis moves at most while the path advances at one mm/s: max |dx/ds|.
+    #[inline(never)]
     pub fn axis_speeds(&self) -> Point {
         let length_mm = self.length_mm();
         if length_mm <= 0.0 {

@@ -174,11 +174,14 @@ impl<I> Blended<I> {
 
 /// Whether curves may take parts of a segment, at its start as at its end: under G61, or where motion is
 /// bound to the spindle or to a probe, all of the way is kept.
+#[inline]
 fn may_be_cut(segment: &Segment) -> bool {
+    if !matches!(segment.corner, Corner::Blend { .. }) {
+        return false;
+    }
     let rests = |axis: &Axis| segment.from_mm[*axis] == segment.to_mm[*axis];
     let others = Axis::ALL.iter().filter(|axis| !Axis::LINEAR.contains(axis));
-    matches!(segment.corner, Corner::Blend { .. })
-        && segment.feed_mm_s.is_some()
+    segment.feed_mm_s.is_some()
         && !matches!(segment.curve, Curve::Spline(_))
         && segment.length_mm() > 0.0
         && others.into_iter().all(rests)
@@ -249,9 +252,10 @@ impl<'a> Turn<'a> {
         let rates = [before.rates_at(1.0), after.rates_at(0.0)];
         let sides = [side(before, &rates[0], limits), side(after, &rates[1], limits)];
         let [end, last] = [before, after].map(|segment| End::last(segment, segment.length_mm()));
-        let start = End::first_of_curve(after, &last).unwrap_or(last);
+        let is_line = matches!(after.curve, Curve::Line);
+        let start = if is_line { &last.tangent } else { &rates[1].tangent };
         let mut joint = Joint::REST;
-        joint.join(&end, &start, limits);
+        joint.join(&end, &last, start, limits);
         let junction = joint.junction;
         let tick_s = limits.tick_s;
         let tick_mm_s = 4.0 * limits.path_tolerance_mm / junction.turn.rad() / tick_s;

@@ -48,10 +48,16 @@ impl Bound {
     }
 
     /// What sets how steep its ramp is: acceleration where it is at its greatest somewhere.
-    pub(super) fn of_ramp(Run { piece, ramp, .. }: &Run) -> Bound {
-        if !piece.jerk.is_limited() {
+    #[inline]
+    pub(super) fn of_ramp(run: &Run) -> Bound {
+        if !run.piece.jerk.is_limited() {
             return Bound::Acceleration;
         }
+        Bound::of_legs(run)
+    }
+
+    #[inline(never)]
+    fn of_legs(Run { piece, ramp, .. }: &Run) -> Bound {
         let is_all =
             |accel_mm_s2: f64, most_mm_s2: f64| accel_mm_s2 >= most_mm_s2 * (1.0 - ACCELS_EQUAL);
         let reaches = ramp.stretches(0.0).any(|stretch| {

@@ -53,21 +53,15 @@ pub struct EqualParts {
 }
 
 impl Cuts {
-    /// Of a whole line, which is held as such. What lies between two seams is one piece, where it is known
-    /// whether there are any within it (`has_seam`).
-    #[inline]
-    pub fn of_line(whole: Box<Run>, limits: &Limits, has_seam: Option<bool>) -> Cuts {
-        match has_seam {
-            Some(false) => Cuts::One(whole),
-            Some(true) => Cuts::Many(Parts::Line(LineParts { whole, share: 0.0 })),
-            None => Cuts::even(whole, limits),
-        }
-    }
-
-    /// Of a whole arc or spline. Without ramps arcs are run at the speed that the whole of them can be run at,
-    /// whatever accelerations that takes.
-    pub fn of_curve(mut whole: Box<Run>, limits: &Limits, ramps: bool) -> Cuts {
+    /// Of a whole segment, which is held as such. Of a line what lies between two seams is one piece, where
+    /// they are known. Without ramps arcs are run at the speed that the whole of them can be run at, whatever
+    /// accelerations that takes.
+    #[inline(never)]
+    pub fn of(mut whole: Box<Run>, limits: &Limits, ramps: bool, has_seams: bool) -> Cuts {
         let Run { segment, piece, .. } = &mut *whole;
+        if has_seams && matches!(segment.curve, Curve::Line) {
+            return Cuts::Many(Parts::Line(LineParts { whole, share: 0.0 }));
+        }
         if let Curve::Spline(spline) = &segment.curve {
             let mut pieces = Vec::new();
             let take = |piece| pieces.push(piece);
@@ -78,11 +72,7 @@ impl Cuts {
             Curve::Arc(arc) if ramps => arc.sweep_rad.abs(),
             Curve::Line | Curve::Arc(_) | Curve::Spline(_) => 0.0,
         };
-        piece.hold_whole(&segment.axis_speeds(), limits);
         piece.hold_chord(segment, limits);
-        if !ramps {
-            piece.without_ramps();
-        }
         // A curve in two at least, so that from rest to rest it has somewhere to be fast.
         if turn_rad > 0.0 {
             let least = (turn_rad / TURN_MAX_RAD).max(2.0);

@@ -48,6 +48,7 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Decisions<'_, I> {
     }
 
     /// Lets the look-ahead know more, if there is more to know.
+    #[inline]
     fn advance(&mut self) -> Option<Result<(), E>> {
         if self.cutter.cut(&mut self.ahead) {
             return Some(Ok(()));
@@ -75,9 +76,7 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Decisions<'_, I> {
     #[inline]
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if self.ahead.may_pop()
-                && let Some(item) = self.ahead.pop()
-            {
+            if let Some(item) = self.ahead.pop() {
                 return Some(Ok(item));
             }
             if let Err(error) = self.advance()? {

@@ -56,6 +56,20 @@ impl Grip {
     /// Any change at once.
     pub const FREE: Grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
 
+    /// Becomes that of a line with this acceleration.
+    #[inline]
+    pub fn become_straight(&mut self, accel: f64) {
+        match self {
+            Grip::Straight { accel_mm_s2 } => *accel_mm_s2 = accel,
+            Grip::Bent(_) => self.straighten(accel),
+        }
+    }
+
+    #[inline(never)]
+    fn straighten(&mut self, accel_mm_s2: f64) {
+        *self = Grip::Straight { accel_mm_s2 };
+    }
+
     /// Of a piece with these derivatives at its ends, where these squares of speeds go with the bends.
     pub fn bent(
         ends: [RatesRef<'_>; 2],

@@ -15,11 +15,11 @@
 //! to half of one there. Beside one short way a step is half as well: two of them make one.
 
 use crate::base::{Axis, AxisMap, Point};
-use crate::path::{Corner, Curve, Segment};
+use crate::path::{Corner, Segment};
 
 use super::Bound;
 use super::extreme::{greater, lesser};
-use super::limits::Limits;
+use super::limits::{AxisLimits, Limits};
 
 /// Changes of direction below this are rounding of positions, not corners.
 const STRAIGHT: f64 = 1e-9;
@@ -117,15 +117,6 @@ impl End {
         self.feed_mm_s = segment.feed_mm_s.unwrap_or(f64::INFINITY);
         self.stops = segment.corner == Corner::Stop;
     }
-
-    /// The first end of a curve with this last one; that of a line is no other.
-    pub fn first_of_curve(segment: &Segment, last: &End) -> Option<End> {
-        let tangent = match &segment.curve {
-            Curve::Line => return None,
-            Curve::Arc(_) | Curve::Spline(_) => segment.rates_at(0.0).tangent,
-        };
-        Some(End { tangent, stops: false, ..*last })
-    }
 }
 
 impl Junction {
@@ -168,17 +159,19 @@ impl Joint {
     /// Where the machine is at rest anyway.
     pub const REST: Joint = Joint { junction: Junction::REST, bend: None };
 
-    /// Becomes that between two segments.
-    pub fn join(&mut self, before: &End, after: &End, limits: &Limits) {
+    /// Becomes that between two segments, of which the second starts with these derivatives.
+    #[inline]
+    pub fn join(&mut self, before: &End, after: &End, start: &Point, limits: &Limits) {
         let lengths_mm = [before.length_mm, after.length_mm];
         let feed_mm_s = lesser(before.feed_mm_s, after.feed_mm_s);
-        self.join_at([&before.tangent, &after.tangent], lengths_mm, feed_mm_s, limits);
+        self.join_at([&before.tangent, start], lengths_mm, feed_mm_s, limits);
         if before.stops {
             self.stop();
         }
     }
 
     /// The machine stops there, however the path turns.
+    #[inline(never)]
     pub fn stop(&mut self) {
         let turn = self.junction.turn;
         *self = Joint::REST;
@@ -198,19 +191,16 @@ impl Joint {
         let mean_mm = 0.5 * (lengths_mm[0] + lengths_mm[1]);
         // The inverse of the speed that jumps allow, and that of the square of the one that accelerations
         // over the mean length do, each of the axis that allows least.
-        let (mut jump_s_mm, mut jump_axis) = (0.0, Axis::X);
-        let (mut spread_s2_mm, mut spread_axis) = (0.0, Axis::X);
+        let (mut jump_s_mm, mut jump_axis, mut spread_s2_mm) = (0.0, Axis::X, 0.0);
+        let change = |axis: Axis| (b[axis] - a[axis]).abs();
         for limit in &limits.axes {
-            let axis = limit.axis;
-            let change = (b[axis] - a[axis]).abs();
+            let change = change(limit.axis);
             if change > STRAIGHT {
-                let (jump, spread) = (change * limit.per_jump_s_mm, change * limit.per_accel_s2_mm);
+                let jump = change * limit.per_jump_s_mm;
                 if jump > jump_s_mm {
-                    (jump_s_mm, jump_axis) = (jump, axis);
+                    (jump_s_mm, jump_axis) = (jump, limit.axis);
                 }
-                if spread > spread_s2_mm {
-                    (spread_s2_mm, spread_axis) = (spread, axis);
-                }
+                spread_s2_mm = greater(spread_s2_mm, change * limit.per_accel_s2_mm);
             }
         }
         *junction = Junction { turn: Turn::between(a, b), ..Junction::STRAIGHT };
@@ -221,7 +211,10 @@ impl Joint {
         (junction.speed_sq_max, junction.bound) = if is_jump {
             (1.0 / (jump_s_mm * jump_s_mm), Bound::Corner(jump_axis))
         } else {
-            (mean_mm / spread_s2_mm, Bound::Corner(spread_axis))
+            let is_it =
+                |limit: &&AxisLimits| change(limit.axis) * limit.per_accel_s2_mm == spread_s2_mm;
+            let axis = limits.axes.iter().find(is_it).map_or(jump_axis, |limit| limit.axis);
+            (mean_mm / spread_s2_mm, Bound::Corner(axis))
         };
         // Ways that the window holds at no speed that the jump allows have no steps to share.
         let is_long = lesser(lengths_mm[0], lengths_mm[1]) * jump_s_mm >= limits.window_s;

@@ -101,13 +101,13 @@ impl LookAhead {
         }
     }
 
-    /// A run along all of a segment of this length, still to be held by all but its feed.
+    /// A run along a segment, of a piece that it is still to become.
     #[inline]
-    pub fn whole(&mut self, segment: Rc<Segment>, length_mm: f64) -> Box<Run> {
+    pub fn run(&mut self, segment: Rc<Segment>) -> Box<Run> {
         let Some(mut run) = self.spare.pop() else {
-            return Box::new(Run::whole(segment, length_mm));
+            return Run::boxed(segment);
         };
-        run.become_whole(segment, length_mm);
+        run.segment = segment;
         run
     }
 
@@ -123,13 +123,28 @@ impl LookAhead {
     /// Takes the next piece of the path.
     #[inline]
     pub fn push_run(&mut self, run: Box<Run>) {
-        let has_corner = !run.piece.junction.turn.is_none();
-        let slot = self.slot();
-        slot.item = Item::Run(run);
-        if has_corner && self.has_ramps {
+        let may_be_cut = self.has_ramps && self.may_cut_corner(&run.piece);
+        self.slot().item = Item::Run(run);
+        if may_be_cut {
             self.hold_corner();
         }
         self.decide_in_time();
+    }
+
+    /// Whether a tick may be so long that its chord cuts the corner at the start of the next piece, or that and
+    /// ones before.
+    #[inline]
+    fn may_cut_corner(&self, next: &Piece) -> bool {
+        if next.junction.turn.is_none() {
+            return false;
+        }
+        let before = self.queue.last().and_then(|queued| queued.item.piece());
+        let Some(before) = before else { return true };
+        let tick_s_sq = self.tick_s * self.tick_s;
+        let before_sq = before.speed_sq_max();
+        let fastest_sq = greater(next.speed_sq_max(), before_sq);
+        fastest_sq * tick_s_sq > self.half_turn_mm * self.half_turn_mm
+            || before.length_mm * before.length_mm <= before_sq * tick_s_sq
     }
 
     /// Takes the next item where the machine rests.
@@ -160,18 +175,14 @@ impl LookAhead {
         self.settle(self.queue.len());
     }
 
-    /// Whether there may be an item whose motion is decided.
-    #[inline]
-    pub fn may_pop(&self) -> bool {
-        self.given < self.decided || self.smoother.is_some()
-    }
-
     /// Gives the next item whose motion is decided, if there is one.
     #[inline]
     pub fn pop(&mut self) -> Option<Item> {
-        if self.smoother.is_none() {
-            return self.pop_front();
-        }
+        if self.smoother.is_none() { self.pop_front() } else { self.pop_smooth() }
+    }
+
+    #[inline(never)]
+    fn pop_smooth(&mut self) -> Option<Item> {
         loop {
             if let Some(smooth) = self.smoother.as_mut().and_then(Smoother::pop) {
                 return Some(smooth);
@@ -184,7 +195,10 @@ impl LookAhead {
     /// Gives the next item, if its speeds are decided.
     #[inline]
     fn pop_front(&mut self) -> Option<Item> {
-        let front = self.queue[..self.decided].get_mut(self.given)?;
+        if self.given == self.decided {
+            return None;
+        }
+        let front = &mut self.queue[self.given];
         self.given += 1;
         self.is_at_seam = front.item.is_own_stop();
         Some(std::mem::replace(&mut front.item, Item::Seam(SeamKind::Rest)))
@@ -271,6 +285,7 @@ impl LookAhead {
 
     /// Holds the speed around the newest corner so that no chord of a tick cuts it, with the
     /// corners before it, by more than their share of the path tolerance: see [`way_mm`].
+    #[inline(never)]
     fn hold_corner(&mut self) {
         let newest = self.queue.len() - 1;
         let tick_s_sq = self.tick_s * self.tick_s;
@@ -374,6 +389,7 @@ fn turning_mm(off_mm: f64, turn_rad: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::base::{Axis, Machine, Point};
+    use crate::plan::junction::Junction;
 
     /// Seams and runs come two at a time: wherever the passes fall between them, those beside a seam are so.
     #[test]
@@ -390,8 +406,8 @@ mod tests {
         let mut ahead = LookAhead::new(&limits, Feed::LookAhead);
         let mut runs = 0..RUNS;
         for k in 0..RUNS {
-            let mut run = ahead.whole(Rc::clone(&line), 10.0);
-            run.piece.hold_whole(&to_mm, &limits);
+            let mut run = ahead.run(Rc::clone(&line));
+            run.piece.become_whole(10.0, 10.0, &to_mm, &Junction::STRAIGHT, &limits);
             ahead.push_run(run);
             if ends_at_seam(k) {
                 ahead.push_stop(Item::Seam(SeamKind::Cut));

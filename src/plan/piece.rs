@@ -38,6 +38,12 @@ const BRIEF_SHARE: f64 = 0.5;
 /// Squares of speeds that differ by less than this share are those of the same speed.
 pub const SPEEDS_EQUAL: f64 = 1e-7;
 
+/// Whether a speed is as good as the one of this square.
+#[inline]
+fn is_reached(speed_mm_s: f64, limit_sq: f64) -> bool {
+    speed_mm_s * speed_mm_s >= limit_sq * (1.0 - SPEEDS_EQUAL)
+}
+
 /// A piece of a segment, to be run with one change of speed.
 #[derive(Clone, Debug)]
 pub struct Piece {
@@ -66,6 +72,17 @@ struct Cut<'a> {
 }
 
 impl Piece {
+    /// Of no length, straight on as fast as can be: a place for one.
+    pub const NONE: Piece = Piece {
+        shares: [0.0, 1.0],
+        length_mm: 0.0,
+        ends_sq_max: [f64::INFINITY; 2],
+        bounds: [Bound::Feed; 2],
+        jerk: JerkLimit::NONE,
+        junction: Junction::STRAIGHT,
+        grip: Grip::FREE,
+    };
+
     /// A spline span by span: its corners and cusps lie between them.
     pub(super) fn cut_spline(
         segment: &Segment,
@@ -143,9 +160,6 @@ impl Piece {
     /// are points of one. The axes' step of speed is made at the speed of that junction, in the time that
     /// the line takes, faster between its ends: so much acceleration does it take from the line.
     pub fn bend(&mut self, tangent: &Point, bends: [Option<&Bend>; 2], limits: &Limits) {
-        if bends == [None; 2] {
-            return;
-        }
         let ends = bends.map(|bend| RatesRef {
             tangent,
             bend_per_mm: bend.map_or(&Point::ZERO, |bend| &bend.per_mm),
@@ -164,7 +178,7 @@ impl Piece {
 
     /// Lets it change its speed at once.
     pub(super) fn without_ramps(&mut self) {
-        self.grip = Grip::FREE;
+        self.grip.become_straight(f64::INFINITY);
     }
 
     /// In how many pieces it has to be cut, so that none takes longer than [`Limits::piece_max_s`].
@@ -172,27 +186,39 @@ impl Piece {
         self.length_mm / self.speed_sq_max().sqrt() / limits.piece_max_s
     }
 
-    /// Holds a whole segment on which the axes move at most at these rates to the speed that all of it can
-    /// be run at and, on a line, the acceleration.
+    /// Becomes the whole of a segment on which the axes move at most at these rates, whatever it was: held to
+    /// the speed that all of it can be run at and, on a line, the acceleration. Field by field, since a piece
+    /// is more than what changes.
     #[inline]
-    pub(super) fn hold_whole(&mut self, rates: &Point, limits: &Limits) {
-        let (mut slow_s_mm, mut bound, mut held_s2_mm) = (0.0, Bound::Feed, 0.0);
+    pub(super) fn become_whole(
+        &mut self,
+        feed_mm_s: f64,
+        length_mm: f64,
+        rates: &Point,
+        junction: &Junction,
+        limits: &Limits,
+    ) {
+        let (mut slow_s_mm, mut slow_bound, mut held_s2_mm) = (0.0, Bound::Feed, 0.0);
         for limit in &limits.axes {
             let rate = rates[limit.axis].abs();
             let axis_s_mm = rate * limit.per_speed_s_mm;
             if axis_s_mm > slow_s_mm {
-                (slow_s_mm, bound) = (axis_s_mm, limit.speed_bound);
+                (slow_s_mm, slow_bound) = (axis_s_mm, limit.speed_bound);
             }
             held_s2_mm = greater(held_s2_mm, rate * limit.per_accel_s2_mm);
         }
+        self.grip.become_straight(1.0 / held_s2_mm);
+        let feed_sq = feed_mm_s * feed_mm_s;
+        (self.shares, self.length_mm, self.junction) = ([0.0, 1.0], length_mm, *junction);
+        (self.ends_sq_max, self.bounds) = ([feed_sq; 2], [Bound::Feed; 2]);
         let slow_sq = slow_s_mm * slow_s_mm;
-        if slow_sq * self.speed_sq_max() > 1.0 {
-            self.bounded_by(1.0 / slow_sq, bound);
+        if slow_sq * feed_sq > 1.0 {
+            self.bounded_by(1.0 / slow_sq, slow_bound);
         }
+        // Where no axis has a limit on it no piece has another one.
         if limits.has_jerk {
             self.jerk = JerkLimit::straight(rates, limits);
         }
-        self.grip = Grip::Straight { accel_mm_s2: 1.0 / held_s2_mm };
     }
 
     pub(super) fn bent(
@@ -231,27 +257,9 @@ impl Piece {
     }
 
     /// At a feed, or as fast as can be, whatever the axes say.
-    pub(super) fn at_feed(feed_mm_s: Option<f64>, shares: [f64; 2], length_mm: f64) -> Piece {
+    fn at_feed(feed_mm_s: Option<f64>, shares: [f64; 2], length_mm: f64) -> Piece {
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
-        Piece {
-            shares,
-            length_mm,
-            ends_sq_max: [feed_mm_s * feed_mm_s; 2],
-            bounds: [Bound::Feed; 2],
-            jerk: JerkLimit::NONE,
-            junction: Junction::STRAIGHT,
-            grip: Grip::FREE,
-        }
-    }
-
-    /// The same of a whole segment, where another piece has been: field by field, since a piece is more than
-    /// what changes.
-    #[inline]
-    pub(super) fn renew(&mut self, feed_mm_s: Option<f64>, length_mm: f64) {
-        let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
-        (self.shares, self.length_mm) = ([0.0, 1.0], length_mm);
-        (self.ends_sq_max, self.bounds) = ([feed_mm_s * feed_mm_s; 2], [Bound::Feed; 2]);
-        (self.jerk, self.junction, self.grip) = (JerkLimit::NONE, Junction::STRAIGHT, Grip::FREE);
+        Piece { shares, length_mm, ends_sq_max: [feed_mm_s * feed_mm_s; 2], ..Piece::NONE }
     }
 
     /// Holds the speed below the axis's greatest.
@@ -367,14 +375,20 @@ impl Piece {
     /// What sets its greatest speed where it is run between these speeds with this peak.
     #[inline]
     pub fn bound(&self, ends_mm_s: [f64; 2], peak_mm_s: f64) -> Bound {
-        let is_reached = |speed_mm_s: f64, limit_sq: f64| {
-            speed_mm_s * speed_mm_s >= limit_sq * (1.0 - SPEEDS_EQUAL)
-        };
         // On most pieces both ends have one limit, which the peak tells of.
-        if self.ends_sq_max[0] == self.ends_sq_max[1] && self.bounds[0] == self.bounds[1] {
-            let is_all = is_reached(peak_mm_s, self.ends_sq_max[0]);
-            return if is_all { self.bounds[0] } else { Bound::Acceleration };
+        let [limit_sq, end_sq] = self.ends_sq_max;
+        if limit_sq == end_sq && !is_reached(peak_mm_s, limit_sq) {
+            return Bound::Acceleration;
         }
+        if limit_sq == end_sq && self.bounds[0] == self.bounds[1] {
+            return self.bounds[0];
+        }
+        self.bound_of_ends(ends_mm_s, peak_mm_s)
+    }
+
+    /// The same where the ends have limits of their own.
+    #[inline(never)]
+    fn bound_of_ends(&self, ends_mm_s: [f64; 2], peak_mm_s: f64) -> Bound {
         let is_at_limit = |end: &usize| is_reached(ends_mm_s[*end], self.ends_sq_max[*end]);
         let ends = if ends_mm_s[1] > ends_mm_s[0] { [1, 0] } else { [0, 1] };
         if let Some(end) = ends.into_iter().find(is_at_limit) {

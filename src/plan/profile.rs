@@ -35,6 +35,7 @@ pub struct Profile {
 
 impl Profile {
     /// Of no piece: a place for one.
+    #[inline(never)]
     fn none() -> Profile {
         let [from_mm, to_mm] = [Point::ZERO; 2];
         let (curve, corner) = (Curve::Line, Corner::default());
@@ -131,17 +132,19 @@ impl Reused {
         Reused { profiles: [Profile::none(), Profile::none()].map(Rc::new) }
     }
 
-    /// The one that is given out next, to become what it is to be: a new one where somebody holds it still.
+    /// Gives the next one out, once it has become what it is to be: a new one where somebody holds it still.
     #[inline]
-    pub(super) fn next(&mut self) -> &mut Profile {
-        Rc::make_mut(&mut self.profiles[0])
-    }
-
-    /// Gives that out.
-    #[inline]
-    pub(super) fn give(&mut self) -> Rc<Profile> {
+    pub(super) fn give(&mut self, become_it: impl FnOnce(&mut Profile)) -> Rc<Profile> {
         self.profiles.swap(0, 1);
-        Rc::clone(&self.profiles[1])
+        let next = &mut self.profiles[1];
+        if let Some(profile) = Rc::get_mut(next) {
+            become_it(profile);
+        } else {
+            let mut profile = Profile::none();
+            become_it(&mut profile);
+            *next = Rc::new(profile);
+        }
+        Rc::clone(next)
     }
 }
 

@@ -36,22 +36,15 @@ pub enum Item {
 }
 
 impl Run {
+    /// Along a segment, of no piece so far. Called, since it is rarely asked for: most have been run before.
+    #[inline(never)]
+    pub fn boxed(segment: Rc<Segment>) -> Box<Run> {
+        Box::new(Run::new(segment, Piece::NONE))
+    }
+
     /// Of a piece whose motion is not decided.
     pub fn new(segment: Rc<Segment>, piece: Piece) -> Run {
         Run { segment, piece, ends_mm_s: [0.0; 2], ramp: Ramp::NONE, at_seam: false }
-    }
-
-    /// All of a segment of this length: no more than the feed holds it so far.
-    pub fn whole(segment: Rc<Segment>, length_mm: f64) -> Run {
-        let piece = Piece::at_feed(segment.feed_mm_s, [0.0, 1.0], length_mm);
-        Run::new(segment, piece)
-    }
-
-    /// Becomes that, whatever it was: field by field, since a run is more than what changes.
-    #[inline]
-    pub fn become_whole(&mut self, segment: Rc<Segment>, length_mm: f64) {
-        self.piece.renew(segment.feed_mm_s, length_mm);
-        self.segment = segment;
     }
 
     /// The next of several parts: those behind the first go straight on.

@@ -9,8 +9,8 @@ use super::decisions::Decisions;
 use super::extreme::lesser;
 use super::limits::Limits;
 use super::profile::Reused;
-use super::run::Item;
-use super::{Feed, Moment, Planned, Profile, Ramp, SeamKind, Seams};
+use super::run::{Item, Run};
+use super::{Feed, Moment, Planned, Profile, SeamKind, Seams};
 
 /// See [`super::plan`].
 #[derive(Debug)]
@@ -46,11 +46,9 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
         let schedule = &mut self.schedule;
         Some(match self.decisions.next()? {
             Ok(Item::Run(mut run)) => {
-                let profile = self.profiles.next();
-                profile.take(&mut run);
-                schedule.run(profile, run.ends_mm_s[1] == 0.0);
+                let profile = self.profiles.give(|profile| schedule.run(profile, &mut run));
                 self.decisions.reuse(run);
-                Ok(Planned::Profile(self.profiles.give()))
+                Ok(Planned::Profile(profile))
             }
             Ok(Item::Event(event)) => Ok(Planned::Event(schedule.event(*event))),
             Ok(Item::Seam(kind)) => Ok(Planned::Seam(schedule.seam(kind))),
@@ -116,31 +114,40 @@ impl Schedule {
         kind
     }
 
-    /// Puts a profile that begins now on the time axis, or at the next boundary if it has to wait for that.
-    fn run(&mut self, profile: &mut Profile, rests_at_end: bool) {
-        [profile.start, profile.end] = self.moments_of(&profile.ramp);
+    /// Puts a run on the time axis, as a profile: now, or at the next boundary if it has to wait for that.
+    fn run(&mut self, profile: &mut Profile, run: &mut Run) {
+        profile.take(run);
         profile.buffer = self.buffer;
-        let has_to_wait = if self.has_ramps {
-            self.rests && self.corner_mm < lesser(self.way_mm, self.way_left_mm())
-        } else {
-            !self.guard.allows(&self.first_boundary_mm(profile))
-        };
-        if has_to_wait {
+        if !self.has_ramps {
+            return self.run_evenly(profile);
+        }
+        if self.rests && self.corner_mm < lesser(self.way_mm, self.way_left_mm()) {
             self.wait_for_boundary();
-            [profile.start, profile.end] = self.moments_of(&profile.ramp);
         }
-        self.now = profile.end;
-        if self.has_ramps {
-            self.rests = rests_at_end;
-            self.count_way(profile);
-        } else {
-            self.pass(profile);
-        }
+        self.place(profile);
+        self.rests = run.ends_mm_s[1] == 0.0;
+        self.count_way(profile);
     }
 
-    /// When a ramp starts and ends that starts now.
-    fn moments_of(&self, ramp: &Ramp) -> [Moment; 2] {
-        [self.now, self.now.after(ramp.duration_s() * self.ticks_per_s)]
+    /// Puts a profile there, where motion has no ramps.
+    #[inline(never)]
+    fn run_evenly(&mut self, profile: &mut Profile) {
+        let start = self.now;
+        self.place(profile);
+        if !self.guard.allows(&self.first_boundary_mm(profile)) {
+            self.now = start;
+            self.wait_for_boundary();
+            self.place(profile);
+        }
+        self.pass(profile);
+    }
+
+    /// Lets a profile begin now.
+    #[inline]
+    fn place(&mut self, profile: &mut Profile) {
+        profile.start = self.now;
+        self.now = self.now.after(profile.ramp.duration_s() * self.ticks_per_s);
+        profile.end = self.now;
     }
 
     /// The way that can be made from rest in what is left of the tick.
@@ -160,16 +167,23 @@ impl Schedule {
     }
 
     /// Counts the way since the last boundary; where motion goes on, the most that it may be.
+    #[inline]
     fn count_way(&mut self, profile: &Profile) {
         let length_mm = profile.ramp.length_mm();
         if profile.end.tick == profile.start.tick {
             self.way_mm += length_mm;
         } else if self.rests {
-            let time_s = profile.start.ticks_until(profile.end.tick) * self.tick_s;
-            self.way_mm = length_mm - profile.ramp.distance_mm(time_s);
+            self.way_mm = self.last_way_mm(profile);
         } else {
             self.way_mm = profile.ramp.peak_mm_s() * profile.end.share * self.tick_s;
         }
+    }
+
+    /// The way in the last tick of a profile at whose end the machine rests.
+    #[inline(never)]
+    fn last_way_mm(&self, profile: &Profile) -> f64 {
+        let time_s = profile.start.ticks_until(profile.end.tick) * self.tick_s;
+        profile.ramp.length_mm() - profile.ramp.distance_mm(time_s)
     }
 
     /// Tells the guard of corners where the path is.

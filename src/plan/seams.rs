@@ -79,10 +79,10 @@ impl Seams {
         self.0.get(n).filter(is_here).map(|seam| seam.kind)
     }
 
-    /// Where the nth seam lies within this segment, before its end, as a share of its way.
-    pub(super) fn within(&self, n: usize, segment: u64) -> Option<f64> {
-        let seam = self.0.get(n).filter(|seam| seam.segment == segment && seam.share < 1.0);
-        seam.map(|seam| seam.share)
+    /// The nth seam, if it lies on this segment.
+    #[inline]
+    pub(super) fn on(&self, n: usize, segment: u64) -> Option<&Seam> {
+        self.0.get(n).filter(|seam| seam.segment == segment)
     }
 
     /// All of them.

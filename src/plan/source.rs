@@ -10,8 +10,9 @@ use super::cuts::{Cuts, Parts};
 use super::junction::{Bend, End, Joint, Junction};
 use super::limits::Limits;
 use super::lookahead::LookAhead;
+use super::piece::Piece;
 use super::run::{Item, Run};
-use super::{Feed, Seams};
+use super::{Feed, Seam, Seams};
 
 /// Turns items of the path into items of the look-ahead.
 #[derive(Debug)]
@@ -55,10 +56,9 @@ struct Cutting {
 /// What a segment has come to.
 enum Begun {
     /// One piece, which has been given.
-    Given {
-        /// A node buffer ends at its end.
-        is_at_seam: bool,
-    },
+    Given,
+    /// The same, and a node buffer ends at its end.
+    GivenToSeam,
     /// More than one.
     Cutting(Box<Cutting>),
 }
@@ -76,6 +76,14 @@ struct Giver<'a> {
 
 impl Known {
     const NONE: Known = Known { index: 0, end: End::NONE, joint: Joint::REST };
+
+    /// It is cut into more than one piece, and the path bends so behind it.
+    #[inline(never)]
+    fn cutting(&self, parts: Parts, bend_after: Option<&Bend>) -> Box<Cutting> {
+        let &Known { index, end: End { tangent, .. }, joint: Joint { bend, .. } } = self;
+        let bends = [bend, bend_after.copied()];
+        Box::new(Cutting { index, tangent, bends, parts, is_at_seam: false })
+    }
 
     /// The machine has come to rest at its start.
     fn rest(&mut self) {
@@ -114,6 +122,9 @@ impl<'a> Cutter<'a> {
             self.next_part(ahead);
             return true;
         }
+        if self.stop.is_none() {
+            return false;
+        }
         let stop = self.stop.take();
         stop.map(|stop| ahead.push_stop(stop)).is_some()
     }
@@ -129,17 +140,22 @@ impl<'a> Cutter<'a> {
         known.index = self.index;
         self.index += 1;
         known.end.become_last(&segment, length_mm);
-        let curved = End::first_of_curve(&segment, &known.end);
-        let start = curved.as_ref().unwrap_or(&known.end);
+        let curve_start;
+        let start = if matches!(segment.curve, Curve::Line) {
+            &known.end.tangent
+        } else {
+            curve_start = segment.rates_at(0.0).tangent;
+            &curve_start
+        };
         let Some(waiting) = self.waiting.replace(segment) else { return known.rest() };
         let limits = &self.giver.limits;
-        known.joint.join(&before.end, start, limits);
+        known.joint.join(&before.end, &known.end, start, limits);
         if self.giver.feed != Feed::LookAhead {
             known.joint.stop();
         }
         match self.giver.begin(waiting, before, known.joint.bend.as_ref(), ahead) {
-            Begun::Given { is_at_seam: true } => known.rest(),
-            Begun::Given { is_at_seam: false } => {}
+            Begun::Given => {}
+            Begun::GivenToSeam => known.rest(),
             Begun::Cutting(cutting) => self.cutting = Some(cutting),
         }
     }
@@ -149,6 +165,7 @@ impl<'a> Cutter<'a> {
         usize::from(self.index.is_multiple_of(2))
     }
 
+    #[inline(never)]
     fn next_part(&mut self, ahead: &mut LookAhead) {
         let Some(mut cutting) = self.cutting.take() else { return };
         let Some((mut run, is_last)) = self.giver.next_of(&mut cutting) else { return };
@@ -157,8 +174,8 @@ impl<'a> Cutter<'a> {
         }
         let [bend_before, bend_after] = &cutting.bends;
         let bends = [bend_before.as_ref(), bend_after.as_ref().filter(|_| is_last)];
-        let Cutting { index, tangent, .. } = &*cutting;
-        cutting.is_at_seam = self.giver.give(run, *index, tangent, bends, ahead);
+        let seam = self.giver.seam_on(cutting.index);
+        cutting.is_at_seam = self.giver.give(run, &cutting.tangent, bends, seam, ahead);
         if cutting.is_at_seam && is_last {
             let newest = self.newest();
             self.known[newest].rest();
@@ -168,9 +185,9 @@ impl<'a> Cutter<'a> {
     }
 }
 
-impl Giver<'_> {
+impl<'a> Giver<'a> {
     /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
-    #[inline]
+    #[inline(always)]
     fn begin(
         &mut self,
         segment: Rc<Segment>,
@@ -179,64 +196,81 @@ impl Giver<'_> {
         ahead: &mut LookAhead,
     ) -> Begun {
         let ramps = self.feed != Feed::Constant;
-        let &Known { index, ref end, joint: Joint { junction, ref bend } } = known;
-        let mut whole = ahead.whole(segment, end.length_mm);
+        let &Known { index, ref end, joint: Joint { ref junction, ref bend } } = known;
+        let mut whole = ahead.run(segment);
         let Run { segment, piece, .. } = &mut *whole;
-        piece.junction = junction;
-        let cuts = if matches!(segment.curve, Curve::Line) {
-            piece.hold_whole(&end.tangent, &self.limits);
-            if !ramps {
-                piece.without_ramps();
-            }
-            let seam = self.seams.map(|seams| seams.within(self.next_seam, index));
-            Cuts::of_line(whole, &self.limits, seam.map(|seam| seam.is_some()))
+        let is_line = matches!(segment.curve, Curve::Line);
+        let seam = self.seam_on(index);
+        let curve_rates;
+        let rates = if is_line {
+            &end.tangent
         } else {
-            Cuts::of_curve(whole, &self.limits, ramps)
+            curve_rates = segment.axis_speeds();
+            &curve_rates
         };
-        match cuts {
-            Cuts::One(run) => {
-                let bends = [bend.as_ref(), bend_after];
-                let is_at_seam = self.give(run, index, &end.tangent, bends, ahead);
-                Begun::Given { is_at_seam }
-            }
-            Cuts::Many(parts) => {
-                let (tangent, bends) = (end.tangent, [*bend, bend_after.copied()]);
-                let cutting = Cutting { index, tangent, bends, parts, is_at_seam: false };
-                Begun::Cutting(Box::new(cutting))
+        piece.become_whole(end.feed_mm_s, end.length_mm, rates, junction, &self.limits);
+        if !ramps {
+            piece.without_ramps();
+        }
+        if !is_line || self.cuts_line(piece, seam) {
+            match Cuts::of(whole, &self.limits, ramps, self.seams.is_some()) {
+                Cuts::One(one) => whole = one,
+                Cuts::Many(parts) => return Begun::Cutting(known.cutting(parts, bend_after)),
             }
         }
+        let bends = [bend.as_ref(), bend_after];
+        if self.give(whole, &end.tangent, bends, seam, ahead) {
+            return Begun::GivenToSeam;
+        }
+        Begun::Given
+    }
+
+    /// The next seam, if it is known and lies on the segment of this number.
+    #[inline]
+    fn seam_on(&self, index: u64) -> Option<&'a Seam> {
+        self.seams.and_then(|seams| seams.on(self.next_seam, index))
+    }
+
+    /// Whether a line with this piece and seam is cut: there, or while they are to be found where one may be.
+    #[inline]
+    fn cuts_line(&self, piece: &Piece, seam: Option<&Seam>) -> bool {
+        if self.seams.is_none() {
+            return piece.least_count(&self.limits) > 1.0;
+        }
+        seam.is_some_and(|seam| seam.share < 1.0)
     }
 
     /// The next piece of what is being cut, and whether it is the last.
     fn next_of(&self, cutting: &mut Cutting) -> Option<(Box<Run>, bool)> {
-        let seam = self.seams.and_then(|seams| seams.within(self.next_seam, cutting.index));
+        let seam = self.seam_on(cutting.index).map(|seam| seam.share);
         let run = cutting.parts.next(&self.limits, seam)?;
         let is_last = run.piece.shares[1] == 1.0;
         Some((run, is_last))
     }
 
-    /// Gives a piece of the segment of a number, of these derivatives at its end (on a line, everywhere), with
-    /// the bends at its ends and the seam behind it. Tells whether there is one.
-    #[inline]
+    /// Gives a piece of a segment of these derivatives at its end (on a line, everywhere) with the bends at its
+    /// ends, and the seam that lies on the segment, if that is where it is. Tells whether it was.
+    #[inline(always)]
     fn give(
         &mut self,
         mut run: Box<Run>,
-        index: u64,
         tangent: &Point,
         [bend_before, bend_after]: [Option<&Bend>; 2],
+        seam: Option<&Seam>,
         ahead: &mut LookAhead,
     ) -> bool {
         let Run { segment, piece, .. } = &mut *run;
-        let end = piece.shares[1];
-        let seam = self.seams.and_then(|seams| seams.at(self.next_seam, index, end));
+        let seam = seam.filter(|seam| seam.share == piece.shares[1]);
         if self.feed != Feed::Constant && matches!(segment.curve, Curve::Line) {
-            let bend_after = bend_after.filter(|_| seam.is_none());
-            piece.bend(tangent, [bend_before, bend_after], &self.limits);
+            let bends = [bend_before, bend_after.filter(|_| seam.is_none())];
+            if bends != [None; 2] {
+                piece.bend(tangent, bends, &self.limits);
+            }
         }
         ahead.push_run(run);
-        let Some(kind) = seam else { return false };
+        let Some(seam) = seam else { return false };
         self.next_seam += 1;
-        ahead.push_stop(Item::Seam(kind));
+        ahead.push_stop(Item::Seam(seam.kind));
         true
     }
 }

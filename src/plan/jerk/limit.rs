@@ -46,6 +46,7 @@ impl JerkLimit {
         JerkLimit { along_mm_s3: UNLIMITED_MM_S3, bend: 0.0, turn: 0.0, turn_axis: Axis::X };
 
     /// Along a line on which the axes move at these rates.
+    #[inline(never)]
     pub fn straight(rates: &Point, limits: &Limits) -> JerkLimit {
         let mut limit = JerkLimit::NONE;
         for profile in &limits.axes {

@@ -174,6 +174,7 @@ mod tests {
 
     use crate::path::{Arc, Curve, Segment};
     use crate::plan::cuts::Cuts;
+    use crate::plan::junction::Junction;
     use crate::plan::limits::Limits;
 
     /// Pieces of circles of changing radius that join, and the greatest speeds on them.
@@ -198,8 +199,11 @@ mod tests {
             let segment = Segment { line, feed_mm_s: None, from_mm, to_mm, curve, corner };
             let segment = Rc::new(segment);
             let length_mm = segment.length_mm();
-            let whole = Box::new(Run::whole(segment, length_mm));
-            let cuts = Cuts::of_curve(whole, limits, true);
+            let rates = segment.axis_speeds();
+            let mut whole = Run::boxed(segment);
+            let start = &Junction::STRAIGHT;
+            whole.piece.become_whole(f64::INFINITY, length_mm, &rates, start, limits);
+            let cuts = Cuts::of(whole, limits, true, false);
             let Cuts::Many(mut parts) = cuts else { unreachable!("an arc") };
             let next = || parts.next(limits, None);
             runs.extend(std::iter::from_fn(next));
