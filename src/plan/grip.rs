@@ -9,8 +9,6 @@
 //!
 //! Each has to stay within the axis's limit: two linear conditions on (u₀, u₁) an axis.
 
-use smallvec::SmallVec;
-
 use crate::path::RatesRef;
 
 use super::extreme::{greater, lesser};
@@ -23,26 +21,17 @@ const TOGETHER: usize = 6;
 /// Where one end uses all of a limit, what is left for the other must not hang on rounding.
 const PULL_SLACK: f64 = 1e-9;
 
-/// Which changes of speed the axes can follow.
+/// Which changes of speed the axes can follow: those of an acceleration along a line, or those that the
+/// conditions of a bent piece leave.
 #[derive(Clone, Debug)]
-pub enum Grip {
-    /// Those of an acceleration along a line.
-    Straight {
-        /// The greatest one.
-        accel_mm_s2: f64,
-    },
-    /// Those that the conditions of a bent piece leave.
-    Bent(Bent),
-}
-
-/// The conditions of a bent piece.
-#[derive(Clone, Debug)]
-pub struct Bent {
-    pulls: SmallVec<[Pulls; 1]>,
-    /// Square of the greatest speed that they let both ends have.
+pub struct Grip {
+    accel_mm_s2: f64,
+    is_bent: bool,
+    /// Of a bent piece: square of the greatest speed that the conditions let both ends have.
     even_sq: f64,
-    /// The acceleration that the bends leave.
-    pub accel_mm_s2: f64,
+    /// Of a bent piece: the conditions of the first three axes, which stay where they are, and of the others.
+    pulls: Pulls,
+    more_pulls: Vec<Pulls>,
 }
 
 /// Conditions: each `from · u₀ + to · u₁` has to lie between -1 and 1. Those with zeros always do.
@@ -54,34 +43,42 @@ struct Pulls {
 
 impl Grip {
     /// Any change at once.
-    pub const FREE: Grip = Grip::Straight { accel_mm_s2: f64::INFINITY };
+    pub const FREE: Grip = Grip {
+        accel_mm_s2: f64::INFINITY,
+        is_bent: false,
+        even_sq: f64::INFINITY,
+        pulls: Pulls::NONE,
+        more_pulls: Vec::new(),
+    };
 
     /// Becomes that of a line with this acceleration.
     #[inline]
-    pub fn become_straight(&mut self, accel: f64) {
-        match self {
-            Grip::Straight { accel_mm_s2 } => *accel_mm_s2 = accel,
-            Grip::Bent(_) => self.straighten(accel),
-        }
+    pub fn become_straight(&mut self, accel_mm_s2: f64) {
+        (self.accel_mm_s2, self.is_bent) = (accel_mm_s2, false);
     }
 
-    #[inline(never)]
-    fn straighten(&mut self, accel_mm_s2: f64) {
-        *self = Grip::Straight { accel_mm_s2 };
-    }
-
-    /// Of a piece with these derivatives at its ends, where these squares of speeds go with the bends.
-    pub fn bent(
+    /// Becomes that of a piece with these derivatives at its ends, where these squares of speeds go with the
+    /// bends.
+    pub fn become_bent(
+        &mut self,
         ends: [RatesRef<'_>; 2],
         length_mm: f64,
         fastest_sq: [f64; 2],
         limits: &Limits,
-    ) -> Grip {
-        let mut all = SmallVec::new();
+    ) {
         let (mut even, mut accel_mm_s2) = (0.0, f64::INFINITY);
         let along_per_mm = 0.5 / length_mm;
-        for three in limits.axes.chunks(TOGETHER / 2) {
-            let mut pulls = Pulls::NONE;
+        self.more_pulls.clear();
+        for (number, three) in limits.axes.chunks(TOGETHER / 2).enumerate() {
+            let pulls = if number == 0 {
+                &mut self.pulls
+            } else {
+                self.more_pulls.push(Pulls::NONE);
+                &mut self.more_pulls[number - 1]
+            };
+            if three.len() < TOGETHER / 2 {
+                *pulls = Pulls::NONE;
+            }
             for (i, limit) in three.iter().enumerate() {
                 let (axis, per_accel_s2_mm) = (limit.axis, INSIDE * limit.per_accel_s2_mm);
                 let [t0, t1] = ends.map(|rates| rates.tangent[axis] * per_accel_s2_mm);
@@ -96,21 +93,30 @@ impl Grip {
                     accel_mm_s2 = lesser(accel_mm_s2, (1.0 - across) / rate);
                 }
             }
-            all.push(pulls);
         }
-        Grip::Bent(Bent { pulls: all, even_sq: 1.0 / even, accel_mm_s2 })
+        (self.accel_mm_s2, self.is_bent, self.even_sq) = (accel_mm_s2, true, 1.0 / even);
     }
-}
 
-impl Bent {
-    /// Whether the axes can follow these squares of the speeds at its ends.
+    /// Whether it is that of a line, or of any change at once.
+    #[inline]
+    pub fn is_straight(&self) -> bool {
+        !self.is_bent
+    }
+
+    /// The greatest acceleration along a line; on a bent piece, the one that the bends leave.
+    #[inline]
+    pub fn accel_mm_s2(&self) -> f64 {
+        self.accel_mm_s2
+    }
+
+    /// Whether the axes can follow these squares of the speeds at the ends of a bent piece.
     pub fn allows(&self, [entry_sq, exit_sq]: [f64; 2]) -> bool {
         let most = |pulls: &Pulls| pulls.greatest(entry_sq, exit_sq);
-        self.pulls.iter().map(most).fold(0.0, greater) <= 1.0 + PULL_SLACK
+        self.more_pulls.iter().map(most).fold(most(&self.pulls), greater) <= 1.0 + PULL_SLACK
     }
 
-    /// Square of the greatest speed at its start from which that at its end can be brought to or below one
-    /// whose square is given, where both ends may be as fast as the piece as a whole.
+    /// Square of the greatest speed at a bent piece's start from which that at its end can be brought to or below
+    /// one whose square is given, where both ends may be as fast as the piece as a whole.
     pub fn entry_sq(&self, exit_sq: f64, piece_sq: f64) -> f64 {
         let even_sq = lesser(piece_sq, self.even_sq);
         let entry_sq = self.entry_to(exit_sq);
@@ -122,19 +128,19 @@ impl Bent {
         }
     }
 
-    /// Square of the greatest speed at its start to that at its end.
+    /// Square of the greatest speed at a bent piece's start to that at its end.
     pub fn entry_to(&self, exit_sq: f64) -> f64 {
         self.least(|pulls| most(&pulls.from, &pulls.to, exit_sq))
     }
 
-    /// Square of the greatest speed at its end from that at its start.
+    /// Square of the greatest speed at a bent piece's end from that at its start.
     pub fn exit_from(&self, entry_sq: f64) -> f64 {
         self.least(|pulls| most(&pulls.to, &pulls.from, entry_sq))
     }
 
     #[inline]
     fn least(&self, of: impl Fn(&Pulls) -> f64) -> f64 {
-        greater(self.pulls.iter().map(of).fold(f64::INFINITY, lesser), 0.0)
+        greater(self.more_pulls.iter().map(&of).fold(of(&self.pulls), lesser), 0.0)
     }
 }
 

@@ -62,6 +62,12 @@ impl Turn {
         self.dot >= 0.0 && self.cross_sq <= STRAIGHT * STRAIGHT * self.dot * self.dot
     }
 
+    /// Square of its tangent, which is more than the angle; infinite from a right angle on.
+    #[inline]
+    pub fn tan_sq(&self) -> f64 {
+        if self.dot > 0.0 { self.cross_sq / (self.dot * self.dot) } else { f64::INFINITY }
+    }
+
     /// The angle. A small one, x by its tangent, is x - x³/3 + x⁵/5 - x⁷/7: what is left out is below 1e-13 of it.
     pub fn rad(&self) -> f64 {
         let (sin, cos) = (self.cross_sq.sqrt(), self.dot);

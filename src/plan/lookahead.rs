@@ -46,6 +46,8 @@ pub struct LookAhead {
     tolerance_mm: f64,
     /// How far a tick may go that turns by half a turn at one place.
     half_turn_mm: f64,
+    /// The same by a turn of one radian, squared: it is shorter by as much as the turn is longer.
+    radian_turn_sq: f64,
     queue: Vec<Queued>,
     /// So many items of the queue have been given out.
     given: usize,
@@ -91,6 +93,7 @@ impl LookAhead {
             tick_s: limits.tick_s,
             tolerance_mm: limits.path_tolerance_mm,
             half_turn_mm: turning_mm(CORNER_SHARE * limits.path_tolerance_mm, PI),
+            radian_turn_sq: turning_mm(CORNER_SHARE * limits.path_tolerance_mm, 1.0).powi(2),
             queue: Vec::new(),
             given: 0,
             is_at_seam: false,
@@ -142,8 +145,9 @@ impl LookAhead {
         let Some(before) = before else { return true };
         let tick_s_sq = self.tick_s * self.tick_s;
         let before_sq = before.speed_sq_max();
-        let fastest_sq = greater(next.speed_sq_max(), before_sq);
-        fastest_sq * tick_s_sq > self.half_turn_mm * self.half_turn_mm
+        let tick_sq = greater(next.speed_sq_max(), before_sq) * tick_s_sq;
+        let is_long = tick_sq > self.half_turn_mm * self.half_turn_mm;
+        is_long && tick_sq * next.junction.turn.tan_sq() > self.radian_turn_sq
             || before.length_mm * before.length_mm <= before_sq * tick_s_sq
     }
 
@@ -290,8 +294,9 @@ impl LookAhead {
         let newest = self.queue.len() - 1;
         let tick_s_sq = self.tick_s * self.tick_s;
         let (mut span_mm, mut fastest_sq) = (0.0, self.piece_sq(newest));
-        // How far the path turns, from this item on.
+        // How far the path turns, from this item on; corners from the first one on, and squares of their tangents.
         let (mut turn_rad, mut turn_from) = (0.0, newest + 1);
+        let (mut corners, mut tan_sq) = (0.0, 0.0);
         for first in (0..=newest).rev() {
             let Some(piece) = self.queue[first].item.piece() else { break };
             if first < newest {
@@ -305,8 +310,15 @@ impl LookAhead {
             fastest_sq = greater(fastest_sq, before_sq);
             let tick_sq = fastest_sq * tick_s_sq;
             let is_cut = |way_mm: f64| tick_sq > way_mm * way_mm;
-            // Of half a turn first: most corners are passed so slowly that none matters.
-            if !is_cut(way_mm(self.half_turn_mm, span_mm)) || piece.junction.turn.is_none() {
+            let turn = piece.junction.turn;
+            if turn.is_none() {
+                continue;
+            }
+            (corners, tan_sq) = (corners + 1.0, tan_sq + turn.tan_sq());
+            // Of half a turn first: many corners are passed so slowly that none matters. Others turn so little that
+            // even their tangents do not: the square of a sum is at most that of the squares, so many times.
+            let is_long = is_cut(way_mm(self.half_turn_mm, span_mm));
+            if !is_long || tick_sq * corners * tan_sq <= self.radian_turn_sq {
                 continue;
             }
             turn_rad = lesser(turn_rad + self.turn_rad(first..turn_from), PI);

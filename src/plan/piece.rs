@@ -118,7 +118,7 @@ impl Piece {
             before = Some(rates);
             let mut piece = Piece::bent(segment, shares, span.length_mm, &ends, limits);
             if !ramps {
-                piece.grip = Grip::FREE;
+                piece.without_ramps();
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
@@ -149,7 +149,7 @@ impl Piece {
             let shares = [share(k), share(k + 1)];
             let mut piece = Piece::bent(segment, shares, length_mm, &part, limits);
             if !ramps {
-                piece.grip = Grip::FREE;
+                piece.without_ramps();
             }
             piece.junction = std::mem::replace(&mut junction, Junction::STRAIGHT);
             take(piece);
@@ -173,7 +173,7 @@ impl Piece {
             let peak_sq = lesser(junction_sq + straight_mm_s2 * self.length_mm, piece_sq);
             (junction_sq * peak_sq).sqrt()
         });
-        self.grip = Grip::bent(ends, self.length_mm, fastest_sq, limits);
+        self.grip.become_bent(ends, self.length_mm, fastest_sq, limits);
     }
 
     /// Lets it change its speed at once.
@@ -244,7 +244,7 @@ impl Piece {
         }
         piece.hold_jerk(ends, limits);
         let fastest_sq = piece.ends_sq_max[0].max(piece.ends_sq_max[1]);
-        piece.grip = Grip::bent(ends, length_mm, [fastest_sq; 2], limits);
+        piece.grip.become_bent(ends, length_mm, [fastest_sq; 2], limits);
         piece
     }
 
@@ -317,39 +317,47 @@ impl Piece {
     pub fn entry_sq_max(&self, exit_sq: f64, most_sq: f64) -> f64 {
         let most_sq = lesser(most_sq, self.ends_sq_max[0]);
         let exit_sq = lesser(exit_sq, self.ends_sq_max[1]);
-        let reach_sq = match &self.grip {
-            Grip::Straight { accel_mm_s2 } => exit_sq + 2.0 * accel_mm_s2 * self.length_mm,
-            Grip::Bent(bent) if bent.allows([most_sq, exit_sq]) => most_sq,
-            Grip::Bent(bent) => bent.entry_sq(exit_sq, self.speed_sq_max()),
-        };
-        lesser(reach_sq, most_sq)
+        if self.is_straight() {
+            return lesser(exit_sq + self.gain_sq(), most_sq);
+        }
+        if self.grip.allows([most_sq, exit_sq]) {
+            return most_sq;
+        }
+        lesser(self.grip.entry_sq(exit_sq, self.speed_sq_max()), most_sq)
     }
 
     /// Square of the greatest speed at its end, up to one given, that can be reached from one at its start.
     pub fn exit_sq_max(&self, entry_sq: f64, most_sq: f64) -> f64 {
         let most_sq = lesser(most_sq, self.ends_sq_max[1]);
-        let reach_sq = match &self.grip {
-            Grip::Straight { accel_mm_s2 } => entry_sq + 2.0 * accel_mm_s2 * self.length_mm,
-            Grip::Bent(bent) if bent.allows([entry_sq, most_sq]) => most_sq,
-            Grip::Bent(bent) => bent.exit_from(entry_sq),
-        };
-        lesser(reach_sq, most_sq)
+        if self.is_straight() {
+            return lesser(entry_sq + self.gain_sq(), most_sq);
+        }
+        if self.grip.allows([entry_sq, most_sq]) {
+            return most_sq;
+        }
+        lesser(self.grip.exit_from(entry_sq), most_sq)
+    }
+
+    /// By how much the square of the speed can change along a line: 2·a·l.
+    #[inline]
+    fn gain_sq(&self) -> f64 {
+        2.0 * self.grip.accel_mm_s2() * self.length_mm
     }
 
     /// The greatest acceleration from a speed at its start, whatever its speed limits say.
     pub fn speeding_up_mm_s2(&self, speed_sq: f64) -> f64 {
-        match &self.grip {
-            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
-            Grip::Bent(bent) => self.accel_between(speed_sq, bent.exit_from(speed_sq)),
+        if self.is_straight() {
+            return self.grip.accel_mm_s2();
         }
+        self.accel_between(speed_sq, self.grip.exit_from(speed_sq))
     }
 
     /// The greatest braking to a speed at its end, whatever its speed limits say.
     pub fn braking_mm_s2(&self, speed_sq: f64) -> f64 {
-        match &self.grip {
-            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
-            Grip::Bent(bent) => self.accel_between(speed_sq, bent.entry_to(speed_sq)),
+        if self.is_straight() {
+            return self.grip.accel_mm_s2();
         }
+        self.accel_between(speed_sq, self.grip.entry_to(speed_sq))
     }
 
     /// The acceleration that makes one square of a speed of another along it; 0 if that is less.
@@ -359,17 +367,16 @@ impl Piece {
 
     /// Whether it is a line that no bend holds.
     pub fn is_straight(&self) -> bool {
-        matches!(self.grip, Grip::Straight { .. })
+        self.grip.is_straight()
     }
 
     /// The greatest acceleration along it.
     pub fn accel_max_mm_s2(&self) -> f64 {
-        match &self.grip {
-            Grip::Straight { accel_mm_s2 } => *accel_mm_s2,
-            Grip::Bent(bent) => {
-                bent.accel_mm_s2.max(self.accel_between(0.0, self.exit_sq_max(0.0, f64::INFINITY)))
-            }
+        let accel_mm_s2 = self.grip.accel_mm_s2();
+        if self.is_straight() {
+            return accel_mm_s2;
         }
+        accel_mm_s2.max(self.accel_between(0.0, self.exit_sq_max(0.0, f64::INFINITY)))
     }
 
     /// What sets its greatest speed where it is run between these speeds with this peak.
@@ -416,22 +423,25 @@ impl Piece {
         let speed_sq_max = self.speed_sq_max();
         let between =
             |accel_mm_s2: f64| Ramp::between(self.length_mm, ends_mm_s, speed_sq_max, accel_mm_s2);
-        match &self.grip {
-            Grip::Straight { accel_mm_s2 } if *accel_mm_s2 < f64::INFINITY => between(*accel_mm_s2),
-            Grip::Straight { .. } => Ramp::steady(self.length_mm, ends_mm_s),
-            // Only an estimate asks for a bent piece from rest to rest: none is ever run so.
-            Grip::Bent { .. } if ends_mm_s == [0.0; 2] => between(self.accel_max_mm_s2()),
-            Grip::Bent(bent) => {
-                let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
-                let has_room = lesser(entry_sq, exit_sq) < self.speed_sq_max()
-                    && 2.0 * bent.accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
-                let may_peak = greater(entry_sq, exit_sq) <= self.speed_sq_max();
-                if has_room && may_peak && !self.is_brief(ends_mm_s) {
-                    between(bent.accel_mm_s2)
-                } else {
-                    Ramp::steady(self.length_mm, ends_mm_s)
-                }
+        let accel_mm_s2 = self.grip.accel_mm_s2();
+        if self.is_straight() {
+            if accel_mm_s2 < f64::INFINITY {
+                return between(accel_mm_s2);
             }
+            return Ramp::steady(self.length_mm, ends_mm_s);
+        }
+        // Only an estimate asks for a bent piece from rest to rest: none is ever run so.
+        if ends_mm_s == [0.0; 2] {
+            return between(self.accel_max_mm_s2());
+        }
+        let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
+        let has_room = lesser(entry_sq, exit_sq) < speed_sq_max
+            && 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
+        let may_peak = greater(entry_sq, exit_sq) <= speed_sq_max;
+        if has_room && may_peak && !self.is_brief(ends_mm_s) {
+            between(accel_mm_s2)
+        } else {
+            Ramp::steady(self.length_mm, ends_mm_s)
         }
     }
 }
