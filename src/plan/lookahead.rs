@@ -234,12 +234,12 @@ impl LookAhead {
             let at_seam = starts_at_seam || ends_at_seam;
             starts_at_seam = item.is_own_stop();
             let Item::Run(run) = item else { continue };
-            if self.has_ramps {
-                run.decide(*entry_mm_s, exit_mm_s, at_seam);
-            } else {
+            let (mut ends_mm_s, mut at_seam) = ((*entry_mm_s, exit_mm_s), at_seam);
+            if !self.has_ramps {
                 let speed_mm_s = run.piece.speed_sq_max().sqrt();
-                run.decide(speed_mm_s, speed_mm_s, false);
+                (ends_mm_s, at_seam) = ((speed_mm_s, speed_mm_s), false);
             }
+            run.decide(ends_mm_s.0, ends_mm_s.1, at_seam);
         }
         self.decided = count;
     }

@@ -215,7 +215,6 @@ impl Piece {
         if slow_sq * feed_sq > 1.0 {
             self.bounded_by(1.0 / slow_sq, slow_bound);
         }
-        // Where no axis has a limit on it no piece has another one.
         if limits.has_jerk {
             self.jerk = JerkLimit::straight(rates, limits);
         }
@@ -249,7 +248,12 @@ impl Piece {
     }
 
     /// Holds the speed at which the curve's own turn takes its share of the axes' jerk.
+    #[inline]
     fn hold_jerk(&mut self, ends: [RatesRef<'_>; 2], limits: &Limits) {
+        // Where no axis has a limit on it no piece has another one.
+        if !limits.has_jerk {
+            return;
+        }
         self.jerk = JerkLimit::bent(ends, limits);
         if let Some((speed_sq, axis)) = self.jerk.speed_sq_max() {
             self.bounded_by(speed_sq, Bound::Curvature(axis));

@@ -56,6 +56,7 @@ impl Run {
 
     /// Its motion is between these speeds, which are given one by one: an array would go through memory, and be
     /// read back at once.
+    #[inline]
     pub fn decide(&mut self, entry_mm_s: f64, exit_mm_s: f64, at_seam: bool) {
         let ends_mm_s = [entry_mm_s, exit_mm_s];
         self.ramp = self.piece.ramp(ends_mm_s);

@@ -44,16 +44,16 @@ impl<E, I: Iterator<Item = Result<PathItem, E>>> Iterator for Planner<'_, I> {
 
     fn next(&mut self) -> Option<Self::Item> {
         let schedule = &mut self.schedule;
-        Some(match self.decisions.next()? {
+        match self.decisions.next()? {
             Ok(Item::Run(mut run)) => {
                 let profile = self.profiles.give(|profile| schedule.run(profile, &mut run));
                 self.decisions.reuse(run);
-                Ok(Planned::Profile(profile))
+                Some(Ok(Planned::Profile(profile)))
             }
-            Ok(Item::Event(event)) => Ok(Planned::Event(schedule.event(*event))),
-            Ok(Item::Seam(kind)) => Ok(Planned::Seam(schedule.seam(kind))),
-            Err(error) => Err(error),
-        })
+            Ok(Item::Event(event)) => Some(Ok(schedule.event(*event))),
+            Ok(Item::Seam(kind)) => Some(Ok(schedule.seam(kind))),
+            Err(error) => Some(Err(error)),
+        }
     }
 }
 
@@ -101,17 +101,18 @@ impl Schedule {
 
     /// An event happens on a tick boundary. One that waits for a person ends the buffer, so that
     /// the nodes are idle while hands are in the machine.
-    fn event(&mut self, event: Event) -> Event {
+    #[inline(never)]
+    fn event(&mut self, event: Event) -> Planned {
         self.wait_for_boundary();
         if event.kind.waits_for_person() {
             self.start_buffer();
         }
-        event
+        Planned::Event(event)
     }
 
-    fn seam(&mut self, kind: SeamKind) -> SeamKind {
+    fn seam(&mut self, kind: SeamKind) -> Planned {
         self.start_buffer();
-        kind
+        Planned::Seam(kind)
     }
 
     /// Puts a run on the time axis, as a profile: now, or at the next boundary if it has to wait for that.

@@ -61,9 +61,6 @@ impl JerkLimit {
     /// Along a bent piece with these derivatives at its ends.
     pub fn bent(ends: [RatesRef<'_>; 2], limits: &Limits) -> JerkLimit {
         let mut limit = JerkLimit::NONE;
-        if !limits.has_jerk {
-            return limit;
-        }
         let bend_sq = |rates: &RatesRef<'_>| {
             Axis::LINEAR.iter().map(|axis| rates.bend_per_mm[*axis].powi(2)).sum::<f64>()
         };
