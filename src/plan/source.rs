@@ -109,7 +109,8 @@ impl<'a> Cutter<'a> {
     pub fn finish(&mut self, ahead: &mut LookAhead) -> bool {
         let Some(last) = self.waiting.take() else { return false };
         let known = &self.known[self.newest()];
-        if let Begun::Cutting(cutting) = self.giver.begin(last, known, None, ahead) {
+        let whole = self.giver.whole(last, known, ahead);
+        if let Begun::Cutting(cutting) = self.giver.begin(whole, known, None, ahead) {
             self.cutting = Some(cutting);
         }
         true
@@ -137,6 +138,8 @@ impl<'a> Cutter<'a> {
         }
         let [even, odd] = &mut self.known;
         let [before, known] = if self.index.is_multiple_of(2) { [odd, even] } else { [even, odd] };
+        // The one that waits first: it hangs on nothing that the length has to be known for.
+        let whole = self.waiting.take().map(|waiting| self.giver.whole(waiting, before, ahead));
         known.index = self.index;
         self.index += 1;
         known.end.become_last(&segment, length_mm);
@@ -147,13 +150,14 @@ impl<'a> Cutter<'a> {
             curve_start = segment.rates_at(0.0).tangent;
             &curve_start
         };
-        let Some(waiting) = self.waiting.replace(segment) else { return known.rest() };
+        self.waiting = Some(segment);
+        let Some(whole) = whole else { return known.rest() };
         let limits = &self.giver.limits;
         known.joint.join(&before.end, &known.end, start, limits);
         if self.giver.feed != Feed::LookAhead {
             known.joint.stop();
         }
-        match self.giver.begin(waiting, before, known.joint.bend.as_ref(), ahead) {
+        match self.giver.begin(whole, before, known.joint.bend.as_ref(), ahead) {
             Begun::Given => {}
             Begun::GivenToSeam => known.rest(),
             Begun::Cutting(cutting) => self.cutting = Some(cutting),
@@ -186,33 +190,40 @@ impl<'a> Cutter<'a> {
 }
 
 impl<'a> Giver<'a> {
-    /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
+    /// The run along all of a segment.
     #[inline(always)]
-    fn begin(
-        &mut self,
-        segment: Rc<Segment>,
-        known: &Known,
-        bend_after: Option<&Bend>,
-        ahead: &mut LookAhead,
-    ) -> Begun {
-        let ramps = self.feed != Feed::Constant;
-        let &Known { index, ref end, joint: Joint { ref junction, ref bend } } = known;
+    fn whole(&self, segment: Rc<Segment>, known: &Known, ahead: &mut LookAhead) -> Box<Run> {
+        let Known { end, joint, .. } = known;
         let mut whole = ahead.run(segment);
         let Run { segment, piece, .. } = &mut *whole;
-        let is_line = matches!(segment.curve, Curve::Line);
-        let seam = self.seam_on(index);
         let curve_rates;
-        let rates = if is_line {
+        let rates = if matches!(segment.curve, Curve::Line) {
             &end.tangent
         } else {
             curve_rates = segment.axis_speeds();
             &curve_rates
         };
-        piece.become_whole(end.feed_mm_s, end.length_mm, rates, junction, &self.limits);
-        if !ramps {
+        piece.become_whole(end.feed_mm_s, end.length_mm, rates, &joint.junction, &self.limits);
+        if self.feed == Feed::Constant {
             piece.without_ramps();
         }
-        if !is_line || self.cuts_line(piece, seam) {
+        whole
+    }
+
+    /// Cuts a segment behind which the path bends so, and gives it if it is one piece.
+    #[inline(always)]
+    fn begin(
+        &mut self,
+        mut whole: Box<Run>,
+        known: &Known,
+        bend_after: Option<&Bend>,
+        ahead: &mut LookAhead,
+    ) -> Begun {
+        let ramps = self.feed != Feed::Constant;
+        let &Known { index, ref end, joint: Joint { ref bend, .. } } = known;
+        let is_line = matches!(whole.segment.curve, Curve::Line);
+        let seam = self.seam_on(index);
+        if !is_line || self.cuts_line(&whole.piece, seam) {
             match Cuts::of(whole, &self.limits, ramps, self.seams.is_some()) {
                 Cuts::One(one) => whole = one,
                 Cuts::Many(parts) => return Begun::Cutting(known.cutting(parts, bend_after)),
