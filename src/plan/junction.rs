@@ -251,6 +251,7 @@ mod tests {
             let turn = Turn::between(&toward(0.0), &toward(angle_rad));
             prop_assert!((turn.rad() - angle_rad).abs() <= 1e-12 * angle_rad.max(1e-3));
             prop_assert_eq!(turn.is_none(), angle_rad <= STRAIGHT);
+            prop_assert!(turn.tan_sq() >= angle_rad * angle_rad * (1.0 - 1e-12));
         }
     }
 }

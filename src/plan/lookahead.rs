@@ -46,7 +46,7 @@ pub struct LookAhead {
     tolerance_mm: f64,
     /// How far a tick may go that turns by half a turn at one place.
     half_turn_mm: f64,
-    /// The same by a turn of one radian, squared: it is shorter by as much as the turn is longer.
+    /// The square of how far one may go that turns by a radian; by other turns it is that over their angle.
     radian_turn_sq: f64,
     queue: Vec<Queued>,
     /// So many items of the queue have been given out.

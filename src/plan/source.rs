@@ -1,5 +1,8 @@
 //! The path on its way into the look-ahead: segments cut into pieces, with their junctions and
 //! with the seams put in. A segment waits for the one behind it: its last piece has a bend there, too.
+//!
+//! What all lines go through is one function, [`Cutter::segment`], with the rest of it inlined; what only some need
+//! is called, so that it takes no registers there.
 
 use std::rc::Rc;
 
@@ -138,7 +141,7 @@ impl<'a> Cutter<'a> {
         }
         let [even, odd] = &mut self.known;
         let [before, known] = if self.index.is_multiple_of(2) { [odd, even] } else { [even, odd] };
-        // The one that waits first: it hangs on nothing that the length has to be known for.
+        // The one that waits first: it does not hang on the length, whose root is taken meanwhile.
         let whole = self.waiting.take().map(|waiting| self.giver.whole(waiting, before, ahead));
         known.index = self.index;
         self.index += 1;
