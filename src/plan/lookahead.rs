@@ -146,8 +146,7 @@ impl LookAhead {
         let tick_s_sq = self.tick_s * self.tick_s;
         let before_sq = before.speed_sq_max();
         let tick_sq = greater(next.speed_sq_max(), before_sq) * tick_s_sq;
-        let is_long = tick_sq > self.half_turn_mm * self.half_turn_mm;
-        is_long && tick_sq * next.junction.turn.tan_sq() > self.radian_turn_sq
+        self.may_be_cut(tick_sq, 0.0, next.junction.turn.tan_sq())
             || before.length_mm * before.length_mm <= before_sq * tick_s_sq
     }
 
@@ -234,12 +233,13 @@ impl LookAhead {
             let at_seam = starts_at_seam || ends_at_seam;
             starts_at_seam = item.is_own_stop();
             let Item::Run(run) = item else { continue };
-            let (mut ends_mm_s, mut at_seam) = ((*entry_mm_s, exit_mm_s), at_seam);
-            if !self.has_ramps {
+            let (entry_mm_s, exit_mm_s) = if self.has_ramps {
+                (*entry_mm_s, exit_mm_s)
+            } else {
                 let speed_mm_s = run.piece.speed_sq_max().sqrt();
-                (ends_mm_s, at_seam) = ((speed_mm_s, speed_mm_s), false);
-            }
-            run.decide(ends_mm_s.0, ends_mm_s.1, at_seam);
+                (speed_mm_s, speed_mm_s)
+            };
+            run.decide(entry_mm_s, exit_mm_s, at_seam && self.has_ramps);
         }
         self.decided = count;
     }
@@ -287,6 +287,15 @@ impl LookAhead {
         0
     }
 
+    /// Whether a tick with this square of its way may cut corners within a span, by this square, or more, of the sum
+    /// of their tangents. Not where it would not if they were half a turn, since many are passed so slowly; nor
+    /// where it would not if they turned by as much as their tangents are, since many turn so little.
+    #[inline]
+    fn may_be_cut(&self, tick_sq: f64, span_mm: f64, tan_sq: f64) -> bool {
+        let half_turn_way_mm = way_mm(self.half_turn_mm, span_mm);
+        tick_sq > half_turn_way_mm * half_turn_way_mm && tick_sq * tan_sq > self.radian_turn_sq
+    }
+
     /// Holds the speed around the newest corner so that no chord of a tick cuts it, with the
     /// corners before it, by more than their share of the path tolerance: see [`way_mm`].
     #[inline(never)]
@@ -309,23 +318,20 @@ impl LookAhead {
             let before_sq = first.checked_sub(1).map_or(0.0, |before| self.piece_sq(before));
             fastest_sq = greater(fastest_sq, before_sq);
             let tick_sq = fastest_sq * tick_s_sq;
-            let is_cut = |way_mm: f64| tick_sq > way_mm * way_mm;
             let turn = piece.junction.turn;
             if turn.is_none() {
                 continue;
             }
+            // The square of a sum is at most the sum of the squares, so many times.
             (corners, tan_sq) = (corners + 1.0, tan_sq + turn.tan_sq());
-            // Of half a turn first: many corners are passed so slowly that none matters. Others turn so little that
-            // even their tangents do not: the square of a sum is at most that of the squares, so many times.
-            let is_long = is_cut(way_mm(self.half_turn_mm, span_mm));
-            if !is_long || tick_sq * corners * tan_sq <= self.radian_turn_sq {
+            if !self.may_be_cut(tick_sq, span_mm, corners * tan_sq) {
                 continue;
             }
             turn_rad = lesser(turn_rad + self.turn_rad(first..turn_from), PI);
             turn_from = first;
             let off_mm = self.corner_share(first, newest) * self.tolerance_mm;
             let way_mm = way_mm(turning_mm(off_mm, turn_rad), span_mm);
-            if is_cut(way_mm) {
+            if tick_sq > way_mm * way_mm {
                 self.hold_window(first, newest, way_mm);
                 let around = first.saturating_sub(1)..=newest;
                 fastest_sq = around.map(|i| self.piece_sq(i)).fold(0.0, greater);
@@ -401,6 +407,31 @@ fn turning_mm(off_mm: f64, turn_rad: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::base::{Axis, Machine, Point};
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Corners that are passed over by their tangents are not cut, by their angles, whatever lies between.
+        #[test]
+        fn what_may_not_be_cut_is_not(
+            turns_rad in prop::collection::vec(1e-6..1.5_f64, 1..5),
+            scale in 0.1..1.0_f64, way_share in 0.0..3.0_f64, span_share in 0.0..1.5_f64,
+        ) {
+            let limits = Limits::new(&Machine::load("router").unwrap());
+            let ahead = LookAhead::new(&limits, Feed::LookAhead);
+            let turns_rad: Vec<f64> = turns_rad.iter().map(|turn| turn * scale.powi(4)).collect();
+            let turn_rad: f64 = turns_rad.iter().sum();
+            let most_mm = turning_mm(LINES_SHARE * limits.path_tolerance_mm, turn_rad);
+            let [tick_mm, span_mm] = [way_share * most_mm, span_share * most_mm];
+            let squares: f64 = turns_rad.iter().map(|turn| libm::tan(*turn).powi(2)).sum();
+            let tan_sq = turns_rad.len() as f64 * squares;
+            prop_assume!(!ahead.may_be_cut(tick_mm * tick_mm, span_mm, tan_sq));
+            for share in [CORNER_SHARE, LINES_SHARE] {
+                let off_mm = share * limits.path_tolerance_mm;
+                let way_mm = way_mm(turning_mm(off_mm, turn_rad.min(PI)), span_mm);
+                prop_assert!(tick_mm <= way_mm * (1.0 + 1e-12), "{tick_mm} {way_mm}");
+            }
+        }
+    }
     use crate::plan::junction::Junction;
 
     /// Seams and runs come two at a time: wherever the passes fall between them, those beside a seam are so.

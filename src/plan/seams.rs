@@ -75,8 +75,8 @@ impl Seams {
 
     /// What the nth seam interrupts, if it lies at this place.
     pub fn at(&self, n: usize, segment: u64, share: f64) -> Option<SeamKind> {
-        let is_here = |seam: &&Seam| seam.segment == segment && seam.share == share;
-        self.0.get(n).filter(is_here).map(|seam| seam.kind)
+        let seam = self.on(n, segment).filter(|seam| seam.share == share);
+        seam.map(|seam| seam.kind)
     }
 
     /// The nth seam, if it lies on this segment.
