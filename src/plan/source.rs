@@ -226,13 +226,13 @@ impl<'a> Giver<'a> {
         let &Known { index, ref end, joint: Joint { ref bend, .. } } = known;
         let is_line = matches!(whole.segment.curve, Curve::Line);
         let seam = self.seam_on(index);
-        if !is_line || self.cuts_line(&whole.piece, seam) {
+        let bends = [bend.as_ref(), bend_after];
+        if !is_line || self.cuts_line(&whole.piece, bends, seam) {
             match Cuts::of(whole, &self.limits, ramps, self.seams.is_some()) {
                 Cuts::One(one) => whole = one,
                 Cuts::Many(parts) => return Begun::Cutting(known.cutting(parts, bend_after)),
             }
         }
-        let bends = [bend.as_ref(), bend_after];
         if self.give(whole, &end.tangent, bends, seam, ahead) {
             return Begun::GivenToSeam;
         }
@@ -245,11 +245,13 @@ impl<'a> Giver<'a> {
         self.seams.and_then(|seams| seams.on(self.next_seam, index))
     }
 
-    /// Whether a line with this piece and seam is cut: there, or while they are to be found where one may be.
+    /// Whether a line with this piece and seam is cut: there, or while they are to be found where one may be. That is
+    /// not in a line between points of a chopped curve: it bends along all of its way, which parts of it would
+    /// not, and is shorter than what a window sees.
     #[inline]
-    fn cuts_line(&self, piece: &Piece, seam: Option<&Seam>) -> bool {
+    fn cuts_line(&self, piece: &Piece, bends: [Option<&Bend>; 2], seam: Option<&Seam>) -> bool {
         if self.seams.is_none() {
-            return piece.least_count(&self.limits) > 1.0;
+            return bends == [None; 2] && piece.least_count(&self.limits) > 1.0;
         }
         seam.is_some_and(|seam| seam.share < 1.0)
     }
