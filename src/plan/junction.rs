@@ -86,7 +86,7 @@ impl Turn {
 pub struct Bend {
     /// The change of direction over the mean length.
     pub per_mm: Point,
-    /// Square of the greatest speed there.
+    /// Square of the greatest speed there, that of the slower feed at most.
     pub speed_sq_max: f64,
 }
 
@@ -230,7 +230,8 @@ impl Joint {
         }
         let per_mean_mm = 1.0 / mean_mm;
         let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) * per_mean_mm);
-        *bend = Some(Bend { per_mm, speed_sq_max: junction.speed_sq_max });
+        let speed_sq_max = lesser(junction.speed_sq_max, feed_mm_s * feed_mm_s);
+        *bend = Some(Bend { per_mm, speed_sq_max });
     }
 }
 
