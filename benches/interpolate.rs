@@ -145,14 +145,14 @@ fn chords(count: u32, feed_mm_min: u32) -> String {
     text + "M30\n"
 }
 
-/// From text to dump, in three passes as the command does it: one to check the program, one to place
-/// the ends of node buffers, one for the dump.
+/// From text to dump, in the passes that the command takes: one to check the program, one to place the ends of
+/// node buffers and one to count what they hold in the plan, where there are any, one for the dump.
 fn text_to_dump(source: &Source, machine: &Machine) {
     let options = Options::default();
     let checked = interp::check(source, machine, &options, 10).expect("it can be read");
     assert_eq!(checked.errors, 0);
     let path = || path::segments(interp::motions(source, machine, &options), machine);
-    let seams = plan::place(path(), machine, Feed::LookAhead).expect("it was checked");
+    let seams = plan::place(path, machine, Feed::LookAhead).expect("it was checked");
     let start = machine.work_zero_mm;
     let plan = plan::plan(path(), machine, Feed::LookAhead, &seams, start);
     let mut writer = Writer::new(std::io::sink(), &header(machine)).expect("a sink takes all");

@@ -65,7 +65,7 @@
 //! assert_eq!(interp::check(&program, &machine, &options, 10)?.errors, 0);
 //!
 //! let path = || path::segments(interp::motions(&program, &machine, &options), &machine);
-//! let seams = plan::place(path(), &machine, plan::Feed::LookAhead)?;
+//! let seams = plan::place(path, &machine, plan::Feed::LookAhead)?;
 //! let plan = plan::plan(path(), &machine, plan::Feed::LookAhead, &seams, start);
 //! let commands: Result<Vec<_>, _> = step::interpolate(plan, &machine, start).collect();
 //!

@@ -67,7 +67,7 @@ fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
 fn run(segments: &[Segment], machine: &Machine, feed: Feed) -> (Vec<plan::Profile>, Vec<Tick>) {
     let start = machine.work_zero_mm;
     let items = || segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
-    let Ok(seams) = plan::place(items(), machine, feed);
+    let Ok(seams) = plan::place(items, machine, feed);
     let mut profiles = Vec::new();
     let plan = plan::plan(items(), machine, feed, &seams, start).inspect(|planned| {
         if let Ok(Planned::Profile(profile)) = planned {

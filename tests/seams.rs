@@ -16,7 +16,7 @@ fn items(path: &[PathItem]) -> impl Iterator<Item = Result<PathItem, Infallible>
 }
 
 fn place(path: &[PathItem], machine: &Machine) -> Seams {
-    let Ok(seams) = plan::place(items(path), machine, Feed::LookAhead);
+    let Ok(seams) = plan::place(|| items(path), machine, Feed::LookAhead);
     seams
 }
 
@@ -191,14 +191,16 @@ fn stiff(is_big: bool, jerks: Option<[f64; 2]>) -> Machine {
     machine
 }
 
-/// What a stop is reckoned with against what it takes, in ticks: the way up to it, and all it adds.
+/// What a stop is reckoned with against what it takes, in ticks: the way up to it, with the room that is left
+/// there, and all it adds.
+#[derive(Debug)]
 struct Reckoned {
     before: f64,
     all: f64,
 }
 
 /// The stops at ends of blocks that are chosen, one at a time; those inside hang on the length of buffers.
-fn stops(path: &[PathItem], machine: &Machine) -> Vec<(Seam, Reckoned)> {
+fn stops(path: &[PathItem], machine: &Machine) -> Vec<Reckoned> {
     let mut endless = machine.clone();
     endless.bus.buffer_ticks = 100_000;
     let seams = place(path, machine);
@@ -210,17 +212,13 @@ fn stops(path: &[PathItem], machine: &Machine) -> Vec<(Seam, Reckoned)> {
         let pads = cost.pads_s / endless.bus.pad_s();
         let before = f64::from(endless.bus.buffer_ticks) - pads - stopped[0];
         let more = stopped.iter().sum::<f64>() - running.iter().sum::<f64>();
-        Some((*seam, Reckoned { before, all: cost.ramps_s / endless.bus.tick_s() - more }))
+        Some(Reckoned { before, all: cost.ramps_s / endless.bus.tick_s() - more })
     };
     seams.iter().filter(|seam| seam.share == 1.0).filter_map(stop).collect()
 }
 
-/// Buffers are never too long, since what stops take is reckoned with a bound.
-fn check_stops(path: &[PathItem], machine: &Machine) -> Result<(), TestCaseError> {
-    for (seam, over) in stops(path, machine) {
-        prop_assert!(over.before > -1e-6, "{} ticks: {seam:?}", over.before);
-        prop_assert!(over.all > -2.0, "{} ticks: {seam:?}", over.all);
-    }
+/// No buffer holds more ticks of motion than a node takes.
+fn check_lengths(path: &[PathItem], machine: &Machine) -> Result<(), TestCaseError> {
     let seams = place(path, machine);
     // Where a stop takes a whole buffer there is no choice.
     if !survey(path, machine, &seams).above_least_s.is_finite() {
@@ -251,7 +249,7 @@ fn a_stop_on_a_steady_line_is_reckoned_exactly() {
     }
 }
 
-/// Elsewhere it is some ticks more at most, and mostly one.
+/// Elsewhere it is mostly a tick more, and some at most; where it may be less a buffer has room for it.
 #[test]
 fn stops_are_reckoned_within_a_few_ticks() {
     for is_big in [false, true] {
@@ -261,7 +259,9 @@ fn stops_are_reckoned_within_a_few_ticks() {
             (0.3 + step(k, 97), 0.8 * step(k, 61) - 0.4, Some(2.0 + 9.0 * step(k / 5, 13)))
         };
         let path = wandering(&machine, &(0..150).map(wander).collect::<Vec<_>>());
-        let mut over: Vec<f64> = stops(&path, &machine).iter().map(|(_, over)| over.all).collect();
+        let stops = stops(&path, &machine);
+        assert!(stops.iter().all(|over| over.before > -1e-6 && over.all > -2.0), "{stops:?}");
+        let mut over: Vec<f64> = stops.iter().map(|over| over.all).collect();
         over.sort_by(f64::total_cmp);
         assert!(over.len() > 8, "{over:?}");
         assert!(over[over.len() / 2] < 2.0 && over[over.len() - 1] < 12.0, "{over:?}");
@@ -288,10 +288,10 @@ proptest! {
         jerks in proptest::option::weighted(0.8, proptest::array::uniform2(-0.7..2.3_f64)),
     ) {
         let machine = stiff(is_big, jerks);
-        check_stops(&wandering(&machine, &moves), &machine)?;
+        check_lengths(&wandering(&machine, &moves), &machine)?;
         let chord = |(way, turn, _): &Wander| (way / chopped, turn / chopped, Some(20.0));
         let chords: Vec<_> = moves.iter().map(chord).collect();
-        check_stops(&wandering(&machine, &chords), &machine)?;
+        check_lengths(&wandering(&machine, &chords), &machine)?;
     }
 }
 

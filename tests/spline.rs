@@ -316,7 +316,7 @@ fn spline_segment(spline: &Spline, feed_mm_s: f64) -> Option<Segment> {
 fn run(segment: &Segment, machine: &Machine) -> Vec<Command> {
     let start = segment.from_mm;
     let path = || [Ok::<_, Infallible>(PathItem::from(segment.clone()))].into_iter();
-    let Ok(seams) = plan::place(path(), machine, Feed::LookAhead);
+    let Ok(seams) = plan::place(path, machine, Feed::LookAhead);
     let plan = plan::plan(path(), machine, Feed::LookAhead, &seams, start);
     step::interpolate(plan, machine, start).map(|command| command.unwrap()).collect()
 }

@@ -17,14 +17,14 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use crate::base::{AxisSet, Machine};
+use crate::base::{AxisSet, Machine, Point};
 use crate::path::PathItem;
 
-use super::Feed;
 use super::cost::Cost;
 use super::decisions::Decisions;
 use super::groups::{GROUP, Groups};
-use super::places::{Place, Places};
+use super::places::{Place, Places, UNSURE_TICKS};
+use super::{Feed, Planned, plan};
 
 /// Buffers that may stay open before the cheapest way so far is taken.
 const OPEN_BUFFERS_MAX: usize = 64;
@@ -33,8 +33,12 @@ const OPEN_BUFFERS_MAX: usize = 64;
 const TIE_S: f64 = 1e-7;
 
 /// The places where node buffers end, in the order of the path.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Seams(Vec<Seam>);
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seams {
+    all: Vec<Seam>,
+    /// By so much each ramp of a stop was taken to be longer than reckoned.
+    unsure_ticks: f64,
+}
 
 /// The end of one node buffer and the start of the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +75,7 @@ impl SeamKind {
 
 impl Seams {
     /// No seam: for machines without node buffers, and jobs that fit into one.
-    pub const NONE: &'static Seams = &Seams(Vec::new());
+    pub const NONE: &'static Seams = &Seams { all: Vec::new(), unsure_ticks: UNSURE_TICKS };
 
     /// What the nth seam interrupts, if it lies at this place.
     pub fn at(&self, n: usize, segment: u64, share: f64) -> Option<SeamKind> {
@@ -82,12 +86,23 @@ impl Seams {
     /// The nth seam, if it lies on this segment.
     #[inline]
     pub(super) fn on(&self, n: usize, segment: u64) -> Option<&Seam> {
-        self.0.get(n).filter(|seam| seam.segment == segment)
+        self.all.get(n).filter(|seam| seam.segment == segment)
     }
 
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = &Seam> {
-        self.0.iter()
+        self.all.iter()
+    }
+
+    /// By so much each ramp of a stop was taken to be longer than reckoned when they were chosen.
+    pub(super) fn unsure_ticks(&self) -> f64 {
+        self.unsure_ticks
+    }
+}
+
+impl Default for Seams {
+    fn default() -> Seams {
+        Seams::NONE.clone()
     }
 }
 
@@ -95,22 +110,66 @@ impl Seams {
 /// splines are cut into; others are passed over.
 impl FromIterator<Seam> for Seams {
     fn from_iter<I: IntoIterator<Item = Seam>>(seams: I) -> Seams {
-        Seams(seams.into_iter().collect())
+        Seams { all: seams.into_iter().collect(), ..Seams::default() }
     }
 }
 
-/// Finds the seams of a path. On a machine without node buffers there are none.
+/// Finds the seams of a path, which is asked for as often as it takes. On a machine without node buffers there
+/// are none.
+///
+/// The plan is made with those that were chosen. Where a stop takes so much longer in it than was reckoned that a
+/// buffer is too long, all are chosen anew with more room left. A buffer is too long only if one
+/// stop takes all of it: then there is no choice.
 ///
 /// # Errors
 /// Those of the path.
-pub fn place<E>(
+pub fn place<E, I>(path: impl Fn() -> I, machine: &Machine, feed: Feed) -> Result<Seams, E>
+where
+    I: Iterator<Item = Result<PathItem, E>>,
+{
+    let mut seams = Seams::default();
+    let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(seams) };
+    let ticks_max = f64::from(ticks_max);
+    loop {
+        let choice = choose(path(), machine, feed, ticks_max, seams.unsure_ticks)?;
+        let is_possible = choice.is_possible();
+        seams.all = choice.finish();
+        // Without ramps no stop takes longer than reckoned.
+        if !is_possible || feed == Feed::Constant {
+            return Ok(seams);
+        }
+        // Where a job starts is asked for only without ramps.
+        let over_ticks = most_ticks(plan(path(), machine, feed, &seams, Point::ZERO))? - ticks_max;
+        if over_ticks <= 0.0 || seams.unsure_ticks > ticks_max {
+            return Ok(seams);
+        }
+        seams.unsure_ticks = 2.0 * seams.unsure_ticks + over_ticks;
+    }
+}
+
+/// The ticks of a plan's longest buffer.
+fn most_ticks<E>(plan: impl Iterator<Item = Result<Planned, E>>) -> Result<f64, E> {
+    let (mut buffer, mut start_tick, mut most) = (0, 0, 0);
+    for planned in plan {
+        let Planned::Profile(profile) = planned? else { continue };
+        if profile.buffer != buffer {
+            (buffer, start_tick) = (profile.buffer, profile.start.tick);
+        }
+        most = most.max(profile.end.boundary() - start_tick);
+    }
+    Ok(most as f64)
+}
+
+/// Chooses among the places of a path, with so many ticks in which each ramp of a stop may be longer than reckoned.
+fn choose<E>(
     path: impl Iterator<Item = Result<PathItem, E>>,
     machine: &Machine,
     feed: Feed,
-) -> Result<Seams, E> {
-    let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(Seams::default()) };
-    let mut places = Places::new(machine, feed);
-    let mut choice = Choice::new(machine, f64::from(ticks_max));
+    ticks_max: f64,
+    unsure_ticks: f64,
+) -> Result<Choice, E> {
+    let mut places = Places::new(machine, feed, unsure_ticks);
+    let mut choice = Choice::new(machine, ticks_max);
     for decided in Decisions::new(path, machine, feed, None) {
         places.push(decided?);
         while let Some(place) = places.pop() {
@@ -121,7 +180,7 @@ pub fn place<E>(
     while let Some(place) = places.pop() {
         choice.push(place);
     }
-    Ok(choice.finish())
+    Ok(choice)
 }
 
 /// Chooses among places.
@@ -325,11 +384,16 @@ impl Choice {
         }
     }
 
-    fn finish(mut self) -> Seams {
+    /// Whether every place at which a buffer has to end can be reached.
+    fn is_possible(&self) -> bool {
+        self.open.back().is_some_and(|last| last.cost_s < f64::INFINITY)
+    }
+
+    fn finish(mut self) -> Vec<Seam> {
         let last = self.first + self.open.len() - 1;
         self.open[last - self.first].place.is_forced = true;
         self.give_out(last);
-        Seams(self.seams)
+        self.seams
     }
 }
 

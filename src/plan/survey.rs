@@ -87,7 +87,7 @@ pub fn survey<E>(
     let Some(ticks_max) = machine.bus.motion_ticks_max() else {
         return Ok(SeamReport::default());
     };
-    let mut places = Places::new(machine, feed);
+    let mut places = Places::new(machine, feed, seams.unsure_ticks());
     let mut survey = Survey::new(machine, f64::from(ticks_max), seams);
     for decided in Decisions::new(path, machine, feed, None) {
         places.push(decided?);

@@ -14,7 +14,7 @@ fn items(segments: &[Segment]) -> impl Iterator<Item = Result<PathItem, Infallib
 
 pub fn ticks(segments: &[Segment], machine: &Machine) -> Vec<Tick> {
     let start = machine.work_zero_mm;
-    let Ok(seams) = plan::place(items(segments), machine, Feed::LookAhead);
+    let Ok(seams) = plan::place(|| items(segments), machine, Feed::LookAhead);
     let plan = plan::plan(items(segments), machine, Feed::LookAhead, &seams, start);
     let tick = |command| match command {
         Ok(Command::Tick(tick)) => tick,

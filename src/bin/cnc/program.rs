@@ -282,7 +282,7 @@ impl Program {
         if let Some(seams) = self.seams.get() {
             return Ok(seams);
         }
-        let path = self.path_for("placing the ends of buffers");
+        let path = || self.path_for("placing the ends of buffers");
         let placed = plan::place(path, &self.machine, self.feed)?;
         Ok(self.seams.get_or_init(|| placed))
     }

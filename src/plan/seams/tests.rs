@@ -1,10 +1,13 @@
 //! The choice against every other: all sets of places of small cases, with the cost written down
 //! anew from what the machine does.
 
+use std::convert::Infallible;
+
 use proptest::prelude::*;
 
 use super::*;
 use crate::base::{Axis, AxisSet};
+use crate::path::{Curve, Segment};
 use crate::plan::survey::Survey;
 
 /// Entries of a node's buffer in these cases, and how many of them may hold motion.
@@ -85,7 +88,7 @@ fn check(cases: &[Case]) -> Result<(), TestCaseError> {
     };
     let mut choice = Choice::new(&machine, TICKS_MAX);
     places.iter().for_each(|place| choice.push(place.clone()));
-    let seams = choice.finish();
+    let seams: Seams = choice.finish().into_iter().collect();
     let Some(best_s) = least_s(None) else { return Ok(()) };
     let mut stops: Vec<usize> = seams.iter().map(|seam| seam.segment as usize).collect();
     stops.extend((0..inner).filter(|n| places[*n].is_forced));
@@ -134,4 +137,43 @@ proptest! {
         let latest = (TICKS_MAX / f64::from(ticks)) as u64 - 1;
         prop_assert_eq!(seams.iter().map(|seam| seam.segment).collect::<Vec<_>>(), [latest]);
     }
+}
+
+/// Eight moves on the STARMILL with buffers of 100 ticks: length, turn before it, feed.
+const REACHES_TOO_FAR: [(f64, f64, Option<f64>); 8] = [
+    (0.9, 0.37, Some(2.3)),
+    (1.5, -0.2, None),
+    (0.6, 0.0, Some(12.5)),
+    (0.4, 0.33, None),
+    (1.4, 0.0, Some(19.1)),
+    (0.3, -0.1, Some(8.9)),
+    (0.05, 0.34, Some(9.0)),
+    (1.2, -0.4, None),
+];
+
+/// A stop takes so much longer here than reckoned that the first choice has a buffer of 97 ticks, where 96 is
+/// the most: the second has none.
+#[test]
+fn a_buffer_that_is_too_long_in_the_plan_is_chosen_anew() {
+    let mut machine = Machine::load("starmill").unwrap();
+    machine.bus.buffer_ticks = 100;
+    let (mut at_mm, mut angle_rad) = (machine.work_zero_mm, 0.3_f64);
+    let items = REACHES_TOO_FAR.map(|(length_mm, turn_rad, feed_mm_s)| {
+        angle_rad += turn_rad;
+        let from_mm = at_mm;
+        at_mm[Axis::X] += length_mm * libm::cos(angle_rad);
+        at_mm[Axis::Y] += length_mm * libm::sin(angle_rad);
+        let (curve, corner) = (Curve::Line, Default::default());
+        Segment { line: 1, feed_mm_s, from_mm, to_mm: at_mm, curve, corner }
+    });
+    let path = || items.iter().cloned().map(|item| Ok::<_, Infallible>(PathItem::from(item)));
+    let most = |seams: &Seams| {
+        let Ok(most) = most_ticks(plan(path(), &machine, Feed::LookAhead, seams, Point::ZERO));
+        most
+    };
+    let Ok(choice) = choose(path(), &machine, Feed::LookAhead, 96.0, UNSURE_TICKS);
+    assert_eq!(most(&choice.finish().into_iter().collect()), 97.0);
+    let Ok(seams) = place(path, &machine, Feed::LookAhead);
+    assert_eq!(seams.unsure_ticks(), 2.0 * UNSURE_TICKS + 1.0);
+    assert!(most(&seams) <= 96.0, "{seams:?}");
 }

@@ -82,7 +82,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
 /// The job of one way.
 fn planned(machine: &Machine, way: Segment, start_mm: Point) -> Result<Job, Failure> {
     let path = || [Ok::<_, Infallible>(PathItem::from(way.clone()))].into_iter();
-    let seams = plan::place(path(), machine, Feed::LookAhead)?;
+    let seams = plan::place(path, machine, Feed::LookAhead)?;
     let plan = plan::plan(path(), machine, Feed::LookAhead, &seams, start_mm);
     let commands = step::interpolate(plan, machine, start_mm);
     gather(commands, machine.nearest_steps(&start_mm), machine)?.or_bad_input()

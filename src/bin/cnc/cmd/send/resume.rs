@@ -254,7 +254,7 @@ impl Lead<'_> {
             return Ok(Job::of_steps(Vec::new(), start_steps, self.machine));
         };
         let path = || way.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
-        let seams = plan::place(path(), self.machine, Feed::LookAhead)?;
+        let seams = plan::place(path, self.machine, Feed::LookAhead)?;
         let plan = plan::plan(path(), self.machine, Feed::LookAhead, &seams, start_mm);
         let commands = step::interpolate(plan, self.machine, start_mm);
         gather(commands, start_steps, self.machine)?.or_bad_input()
