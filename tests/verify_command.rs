@@ -122,6 +122,27 @@ fn a_sound_dump_passes() {
     assert_eq!(bench.run(&[]).0, 0);
 }
 
+/// A table that stands at 180 degrees and does not move has no column in the dump: it is where it was.
+#[test]
+fn axes_without_a_column_stand_where_the_job_starts() {
+    let bench = Bench::new();
+    let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/machines/rotary-table.toml");
+    let run = |arguments: &[&str]| {
+        let mut command = Command::cargo_bin("cnc").unwrap();
+        command.args(["-m", profile]).args(arguments).env_remove("CNC_MACHINE");
+        let output = command.current_dir(bench.folder.path()).output().unwrap();
+        assert!(output.status.success(), "{arguments:?}: {output:?}");
+    };
+    for start in [&[][..], &["--start", "70,50,50,90"]] {
+        run(&[&["interpolate", "p.nc", "--csv", "-q", "-o", "p.csv"], start].concat());
+        let text = fs::read_to_string(bench.file("p.csv")).unwrap();
+        assert!(text.contains("\ntick,buffer,line,X,Y,Z,event\n"), "{text}");
+        run(&["verify", "p.nc", "p.csv"]);
+        run(&["verify", "p.nc", "p.csv", "--unsealed"]);
+        run(&[&["diff", "p.nc", "p.csv"], start].concat());
+    }
+}
+
 /// Each key of the header, and the rows.
 #[test]
 fn what_was_changed_is_refused_with_its_reason() {

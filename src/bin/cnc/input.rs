@@ -9,9 +9,9 @@ use anyhow::{Context, anyhow};
 use cnc::base::axis::AXES;
 use cnc::base::machine::{POSITION_MOST, ProfileError};
 use cnc::base::source::{shown, small_text};
-use cnc::base::{Machine, Point, Source};
+use cnc::base::{AxisMap, Machine, Point, Source};
 use cnc::interp::{Checked, Tools};
-use cnc::tape::{self, Origin};
+use cnc::tape::{self, Header, Origin};
 use sha2::{Digest, Sha256};
 
 use crate::args::{ChosenBy, Global};
@@ -193,6 +193,19 @@ impl std::str::FromStr for Start {
         }
         Ok(Start(values))
     }
+}
+
+/// Where every axis stands before the first tick of a dump, in steps. Those without a column do not move: they
+/// are where its option `start` says, or at the machine's work zero.
+pub fn start_steps(header: &Header, machine: &Machine) -> AxisMap<i64> {
+    let option = header.options.iter().find(|(name, _)| name == "start");
+    let start: Option<Start> = option.and_then(|(_, value)| value.parse().ok());
+    let start_mm = start.map_or(machine.work_zero_mm, |start| start.position_mm(machine));
+    let mut steps = machine.nearest_steps(&start_mm);
+    for (axis, _) in &header.steps_per_mm {
+        steps[*axis] = header.start_steps[*axis];
+    }
+    steps
 }
 
 /// As it is read; the shortest digits that mean the same number.

@@ -83,7 +83,7 @@ impl Job {
                     );
                     return Err(reason).or_bad_input();
                 }
-                Ok((header.tick_us, header.start_steps))
+                Ok((header.tick_us, input::start_steps(header, machine)))
             }
         }
     }

@@ -225,7 +225,7 @@ fn of_dump(args: &Args, source: Source, global: &Global) -> Result<Drawn, Failur
         return Err(reason).or_bad_input();
     }
     let pass = Pass::of_text("reading");
-    let mut traces = Traces::new(&machine, header.tick_us, header.start_steps);
+    let mut traces = Traces::new(&machine, header.tick_us, input::start_steps(&header, &machine));
     let mut strokes = Strokes::new(travel_mm(&machine));
     for command in reader {
         if let Command::Tick(tick) = command.with_context(|| name.clone()).or_bad_input()? {

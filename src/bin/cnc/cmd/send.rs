@@ -400,7 +400,7 @@ pub fn dump(
     if header.options.iter().any(|(name, value)| name == "encoder" && value == "thesis") {
         return stranger("with --encoder thesis, which is for comparison only");
     }
-    let start_steps = header.start_steps;
+    let start_steps = input::start_steps(&header, machine);
     let pass = Pass::of_text("checking");
     reader.try_for_each(|command| command.map(drop)).or_bad_input()?;
     drop(pass);

@@ -229,7 +229,7 @@ fn held(
     let setup = Setup {
         machine: &program.machine,
         tick_us: header.tick_us,
-        start_steps: header.start_steps,
+        start_steps: input::start_steps(&header, &program.machine),
         constant_feed: motion.feed == FeedMode::Constant,
         with_events,
         with_buffers,
@@ -388,7 +388,8 @@ fn dialect((name, value): &(String, String)) -> Option<Dialect> {
 /// Where a dump starts that says so by its steps alone, unless that is where every job starts.
 fn start(header: &Header, machine: &Machine) -> Option<Start> {
     let usual = machine.nearest_steps(&machine.work_zero_mm);
-    (header.start_steps != usual).then(|| Start::at(&machine.position_mm(&header.start_steps)))
+    let start_steps = input::start_steps(header, machine);
+    (start_steps != usual).then(|| Start::at(&machine.position_mm(&start_steps)))
 }
 
 /// The table for people.
