@@ -195,6 +195,14 @@ impl std::str::FromStr for Start {
     }
 }
 
+/// As it is read; the shortest digits that mean the same number.
+impl std::fmt::Display for Start {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let values: Vec<String> = self.0.iter().map(f64::to_string).collect();
+        write!(f, "{}", values.join(","))
+    }
+}
+
 /// Where every axis stands before the first tick of a dump, in steps. Those without a column do not move: they
 /// are where its option `start` says, or at the machine's work zero.
 pub fn start_steps(header: &Header, machine: &Machine) -> AxisMap<i64> {
@@ -206,14 +214,6 @@ pub fn start_steps(header: &Header, machine: &Machine) -> AxisMap<i64> {
         steps[*axis] = header.start_steps[*axis];
     }
     steps
-}
-
-/// As it is read; the shortest digits that mean the same number.
-impl std::fmt::Display for Start {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let values: Vec<String> = self.0.iter().map(f64::to_string).collect();
-        write!(f, "{}", values.join(","))
-    }
 }
 
 /// What the operator makes of the feeds of cuts, in percent.
