@@ -27,6 +27,8 @@ const PULL_SLACK: f64 = 1e-9;
 pub struct Grip {
     accel_mm_s2: f64,
     is_bent: bool,
+    /// Of a bent piece: it is a line between points of a chopped curve, which bends at its ends.
+    is_chord: bool,
     /// Of a bent piece: square of the greatest speed that the conditions let both ends have.
     even_sq: f64,
     /// Of a bent piece: the conditions of the first three axes, which stay where they are, and of the others.
@@ -46,6 +48,7 @@ impl Grip {
     pub const FREE: Grip = Grip {
         accel_mm_s2: f64::INFINITY,
         is_bent: false,
+        is_chord: false,
         even_sq: f64::INFINITY,
         pulls: Pulls::NONE,
         more_pulls: Vec::new(),
@@ -95,6 +98,42 @@ impl Grip {
             }
         }
         (self.accel_mm_s2, self.is_bent, self.even_sq) = (accel_mm_s2, true, 1.0 / even);
+        self.is_chord = false;
+    }
+
+    /// The same for a line between points of a chopped curve.
+    #[inline]
+    pub fn become_chord(
+        &mut self,
+        ends: [RatesRef<'_>; 2],
+        length_mm: f64,
+        fastest_sq: [f64; 2],
+        limits: &Limits,
+    ) {
+        self.become_bent(ends, length_mm, fastest_sq, limits);
+        self.is_chord = true;
+    }
+
+    /// The greatest acceleration along a bent piece of this length, run between these squares of speeds, and no
+    /// faster than of another. A point of a chopped curve takes less of it the slower it is passed.
+    pub fn bent_mm_s2(&self, ends_sq: [f64; 2], length_mm: f64, piece_sq: f64) -> f64 {
+        if !self.is_chord {
+            return self.accel_mm_s2;
+        }
+        let all = || std::iter::once(&self.pulls).chain(&self.more_pulls);
+        let rate = |pulls: &Pulls| pulls.axes(length_mm).map(|[rate, _, _]| rate);
+        let most_rate = all().flat_map(rate).fold(0.0, greater);
+        let bends_sq = ends_sq.map(|end_sq| {
+            let peak_sq = lesser(end_sq + length_mm / most_rate, piece_sq);
+            (end_sq * peak_sq).sqrt()
+        });
+        let left = |pulls: &Pulls| {
+            pulls.axes(length_mm).map(|[rate, b0, b1]| {
+                let across = greater(b0 * bends_sq[0], b1 * bends_sq[1]);
+                if rate > 0.0 { (1.0 - across) / rate } else { f64::INFINITY }
+            })
+        };
+        all().flat_map(left).fold(f64::INFINITY, lesser)
     }
 
     /// Whether it is that of a line, or of any change at once.
@@ -146,6 +185,17 @@ impl Grip {
 
 impl Pulls {
     const NONE: Pulls = Pulls { from: [0.0; TOGETHER], to: [0.0; TOGETHER] };
+
+    /// What its axes take of their limits on a piece of this length: a mm/s² along it, and a mm²/s² of speed at its
+    /// start and its end.
+    fn axes(&self, length_mm: f64) -> [[f64; 3]; TOGETHER / 2] {
+        std::array::from_fn(|i| {
+            let [start, end] = [2 * i, 2 * i + 1];
+            let along = greater(self.to[start].abs(), self.from[end].abs());
+            let bends = [start, end].map(|end| (self.from[end] + self.to[end]).abs());
+            [2.0 * length_mm * along, bends[0], bends[1]]
+        })
+    }
 
     /// How much of its axis's limit is used, in the condition where that is most.
     #[inline]

@@ -361,14 +361,17 @@ impl LookAhead {
         if has_lines_only { LINES_SHARE } else { CORNER_SHARE }
     }
 
-    /// Holds the speed around the corners at the starts of two items, so that a tick goes no further.
+    /// Holds the speed around the corners at the starts of two items, so that a tick goes no further. Where stops in
+    /// these corners take less time than going on so slowly the machine stops.
     fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
         let around = first.saturating_sub(1)..=last;
         let accel = |i: usize| self.queue[i].item.piece().map_or(0.0, Piece::accel_max_mm_s2);
         let accel_mm_s2 = around.map(accel).fold(0.0, f64::max);
         // Half a tick of braking before and of speeding up after the window's middle.
         let gain_mm = 0.25 * accel_mm_s2 * self.tick_s * self.tick_s;
-        let speed_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
+        let slow_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
+        let (inside_mm, stops_s) = self.stopping(first..last);
+        let speed_mm_s = if slow_mm_s * stops_s < inside_mm { 0.0 } else { slow_mm_s };
         let speed_sq = speed_mm_s * speed_mm_s;
         for i in first..=last {
             let Item::Run(run) = &mut self.queue[i].item else { continue };
@@ -382,6 +385,14 @@ impl LookAhead {
                 piece.bounded_by(speed_sq, Bound::Tick);
             }
         }
+    }
+
+    /// The length of some pieces, and the time they take from rest to rest, each with a wait for a tick's boundary.
+    fn stopping(&self, items: Range<usize>) -> (f64, f64) {
+        let pieces = self.queue[items].iter().filter_map(|queued| queued.item.piece());
+        pieces.fold((0.0, 0.0), |(length_mm, time_s), piece| {
+            (length_mm + piece.length_mm, time_s + piece.from_rest_s() + self.tick_s)
+        })
     }
 }
 

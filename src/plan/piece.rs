@@ -173,7 +173,7 @@ impl Piece {
             let peak_sq = lesser(junction_sq + straight_mm_s2 * self.length_mm, piece_sq);
             (junction_sq * peak_sq).sqrt()
         });
-        self.grip.become_bent(ends, self.length_mm, fastest_sq, limits);
+        self.grip.become_chord(ends, self.length_mm, fastest_sq, limits);
     }
 
     /// Lets it change its speed at once.
@@ -383,6 +383,13 @@ impl Piece {
         accel_mm_s2.max(self.accel_between(0.0, self.exit_sq_max(0.0, f64::INFINITY)))
     }
 
+    /// The least time that it takes from rest to rest, whatever its speed limits say: with the greatest
+    /// acceleration a, up and down, or with the greatest jerk j, up, down and up again (l = j·t³/32).
+    pub fn from_rest_s(&self) -> f64 {
+        let accel_s = 2.0 * (self.length_mm / self.accel_max_mm_s2()).sqrt();
+        accel_s.max(libm::cbrt(32.0 * self.length_mm / self.jerk.along_mm_s3()))
+    }
+
     /// What sets its greatest speed where it is run between these speeds with this peak.
     #[inline]
     pub fn bound(&self, ends_mm_s: [f64; 2], peak_mm_s: f64) -> Bound {
@@ -412,10 +419,11 @@ impl Piece {
         if cruises { self.bounds[slow] } else { Bound::Acceleration }
     }
 
-    /// Whether it is over before the jerk lets its acceleration grow by [`BRIEF_SHARE`].
+    /// Whether it is over before a limit on jerk lets its acceleration grow by [`BRIEF_SHARE`].
     fn is_brief(&self, ends_mm_s: [f64; 2]) -> bool {
         let duration_s = 2.0 * self.length_mm / (ends_mm_s[0] + ends_mm_s[1]);
-        self.jerk.along_mm_s3() * duration_s < BRIEF_SHARE * self.accel_max_mm_s2()
+        self.jerk.is_limited()
+            && self.jerk.along_mm_s3() * duration_s < BRIEF_SHARE * self.accel_max_mm_s2()
     }
 
     /// How it is run between speeds at its ends that its limits allow. On a bent piece with one
@@ -438,14 +446,16 @@ impl Piece {
         if ends_mm_s == [0.0; 2] {
             return between(self.accel_max_mm_s2());
         }
-        let [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
-        let has_room = lesser(entry_sq, exit_sq) < speed_sq_max
-            && 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs();
+        let ends_sq @ [entry_sq, exit_sq] = ends_mm_s.map(|speed| speed * speed);
+        let is_below = lesser(entry_sq, exit_sq) < speed_sq_max;
         let may_peak = greater(entry_sq, exit_sq) <= speed_sq_max;
-        if has_room && may_peak && !self.is_brief(ends_mm_s) {
-            between(accel_mm_s2)
-        } else {
-            Ramp::steady(self.length_mm, ends_mm_s)
+        if is_below && may_peak && !self.is_brief(ends_mm_s) {
+            let accel_mm_s2 = self.grip.bent_mm_s2(ends_sq, self.length_mm, speed_sq_max);
+            // It leaves room for a greater speed between its ends.
+            if 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs() {
+                return between(accel_mm_s2);
+            }
         }
+        Ramp::steady(self.length_mm, ends_mm_s)
     }
 }
