@@ -249,6 +249,21 @@ fn every_seam_is_told_with_its_parts() {
     }
 }
 
+/// Just behind the end of a cut, where there is no other place for a seam, a person acts.
+#[test]
+fn a_buffer_ends_where_a_person_acts_without_ramps_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("part.nc");
+    std::fs::write(&part, "G1 X29.08 Y25.27 F60\nG0 X29.03 Y25.3\nM1\nG1 X28.2 Y25.1\nM30\n")
+        .unwrap();
+    for feed in ["constant", "look-ahead", "exact-stop"] {
+        let run = ["interpolate", part.to_str().unwrap(), "--feed", feed];
+        let (report, summary) = (json(&[&run[..], &["--seams", "report"]].concat()), json(&run));
+        let seams = [&report, &summary].map(|told| told["seams"].as_array().unwrap().len());
+        assert!(seams[0] > 0 && seams[0] == seams[1], "{feed}: {seams:?}");
+    }
+}
+
 #[test]
 fn reports_that_cannot_be_made_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -170,6 +170,10 @@ impl Places {
         match item {
             Item::Seam(_) => {}
             Item::Event(event) => {
+                // Without ramps, too.
+                if let Some(ended) = &mut self.ended {
+                    ended.rests = true;
+                }
                 self.end_block(true);
                 self.at_ticks = self.at_ticks.ceil();
                 self.stretch += 1;

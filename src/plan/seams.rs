@@ -118,8 +118,8 @@ impl FromIterator<Seam> for Seams {
 /// are none.
 ///
 /// The plan is made with those that were chosen. Where a stop takes so much longer in it than was reckoned that a
-/// buffer is too long, all are chosen anew with more room left. A buffer is too long only if one
-/// stop takes all of it: then there is no choice.
+/// buffer is too long, all are chosen anew with more room left, as long as there is a choice. There is none where
+/// the ramps of stops alone fill a buffer, as they are reckoned, each against the plan without it.
 ///
 /// # Errors
 /// Those of the path.
@@ -127,23 +127,26 @@ pub fn place<E, I>(path: impl Fn() -> I, machine: &Machine, feed: Feed) -> Resul
 where
     I: Iterator<Item = Result<PathItem, E>>,
 {
-    let mut seams = Seams::default();
+    let (mut seams, mut unsure_ticks) = (Seams::default(), UNSURE_TICKS);
     let Some(ticks_max) = machine.bus.motion_ticks_max() else { return Ok(seams) };
     let ticks_max = f64::from(ticks_max);
     loop {
-        let choice = choose(path(), machine, feed, ticks_max, seams.unsure_ticks)?;
+        let choice = choose(path(), machine, feed, ticks_max, unsure_ticks)?;
         let is_possible = choice.is_possible();
-        seams.all = choice.finish();
+        if !is_possible && unsure_ticks > UNSURE_TICKS {
+            return Ok(seams);
+        }
+        seams = Seams { all: choice.finish(), unsure_ticks };
         // Without ramps no stop takes longer than reckoned.
         if !is_possible || feed == Feed::Constant {
             return Ok(seams);
         }
         // Where a job starts is asked for only without ramps.
         let over_ticks = most_ticks(plan(path(), machine, feed, &seams, Point::ZERO))? - ticks_max;
-        if over_ticks <= 0.0 || seams.unsure_ticks > ticks_max {
+        if over_ticks <= 0.0 || unsure_ticks > ticks_max {
             return Ok(seams);
         }
-        seams.unsure_ticks = 2.0 * seams.unsure_ticks + over_ticks;
+        unsure_ticks = 2.0 * unsure_ticks + over_ticks;
     }
 }
 

@@ -63,8 +63,10 @@ pub struct SeamReport {
     /// All of them in order, those where a person acts among them.
     pub seams: Vec<SeamCost>,
     /// What the choice costs more than the best one: nothing, unless it was made before enough of
-    /// the program was known.
+    /// the program was known. Infinite where there is no choice.
     pub above_least_s: f64,
+    /// So many more stops inside of blocks of a cut it has.
+    pub above_least_inside: i64,
 }
 
 impl SeamCost {
@@ -158,6 +160,10 @@ impl<'s> Survey<'s> {
             self.section();
         }
         self.found.seams.pop();
+        if let Some(above) = NextBest::new(self.found.above_least_s) {
+            self.found.above_least_s = above.more_s;
+            self.found.above_least_inside = above.more_inside;
+        }
         self.found
     }
 

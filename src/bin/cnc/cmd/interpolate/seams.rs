@@ -55,8 +55,16 @@ fn table(out: &mut impl Write, seams: &[Seam], costs: &SeamReport) -> io::Result
     }
     writeln!(out)?;
     writeln!(out, "{} in all: {:.3}", seams.len(), total_s(costs))?;
-    if above_least_s(costs) > 0.0 {
-        writeln!(out, "the best choice over all of the program: {:.3} less", costs.above_least_s)?;
+    let (less_s, fewer) = (costs.above_least_s, costs.above_least_inside);
+    if fewer > 0 {
+        let what = "inside a block of a cut";
+        writeln!(
+            out,
+            "the best choice over all of the program: {fewer} fewer {what}, {:+.3}",
+            -less_s
+        )?;
+    } else if above_least_s(costs) > 0.0 {
+        writeln!(out, "the best choice over all of the program: {less_s:.3} less")?;
     }
     Ok(())
 }
@@ -76,7 +84,8 @@ fn next_best(next_best: Option<NextBest>) -> String {
     let more_s = (more_s * 1e3).round() / 1e3 + 0.0;
     match more_inside {
         0 => format!("{more_s:+.3}"),
-        _ => format!("{more_s:+.3}, and {more_inside} more inside a block of a cut"),
+        1.. => format!("{more_s:+.3}, and {more_inside} more inside a block of a cut"),
+        _ => format!("{more_s:+.3}, and {} fewer inside a block of a cut", -more_inside),
     }
 }
 
@@ -102,6 +111,7 @@ fn document(out: &mut impl Write, seams: &[Seam], costs: &SeamReport) -> io::Res
         "seams": list,
         "total_seconds": six_digits(total_s(costs)),
         "above_least_seconds": above_least_s(costs),
+        "above_least_inside": costs.above_least_inside,
     });
     writeln!(out, "{document}")
 }
