@@ -391,7 +391,7 @@ impl LookAhead {
     fn stopping(&self, items: Range<usize>) -> (f64, f64) {
         let pieces = self.queue[items].iter().filter_map(|queued| queued.item.piece());
         pieces.fold((0.0, 0.0), |(length_mm, time_s), piece| {
-            (length_mm + piece.length_mm, time_s + piece.from_rest_s() + self.tick_s)
+            (length_mm + piece.length_mm, time_s + piece.rest_to_rest_s() + self.tick_s)
         })
     }
 }

@@ -385,7 +385,7 @@ impl Piece {
 
     /// The least time that it takes from rest to rest, whatever its speed limits say: with the greatest
     /// acceleration a, up and down, or with the greatest jerk j, up, down and up again (l = j·t³/32).
-    pub fn from_rest_s(&self) -> f64 {
+    pub fn rest_to_rest_s(&self) -> f64 {
         let accel_s = 2.0 * (self.length_mm / self.accel_max_mm_s2()).sqrt();
         accel_s.max(libm::cbrt(32.0 * self.length_mm / self.jerk.along_mm_s3()))
     }
