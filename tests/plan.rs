@@ -301,26 +301,6 @@ fn nobody_creeps_from_corner_to_corner() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-
-    #[test]
-    fn going_on_takes_hardly_longer_than_stops(
-        legs in legs(),
-        places in proptest::collection::vec((0..4_i32, -4..4_i32, any::<bool>()), 2..20),
-    ) {
-        let step = |(x, y, is_rapid): &(i32, i32, bool)| {
-            let by_mm = [0.0121 * f64::from(*x), 0.0121 * f64::from(*y), 0.0];
-            Leg { by_mm, feed_mm_min: (!is_rapid).then_some(60.0), arc: None }
-        };
-        let steps: Vec<Leg> = places.iter().map(step).collect();
-        for machine in with_and_without_jerk() {
-            check_going_on(&legs, &machine)?;
-            check_going_on(&steps, &machine)?;
-        }
-    }
-}
-
-proptest! {
     #![proptest_config(ProptestConfig::with_cases(3))]
 
     /// Curves in chords of any lengths, as coordinates of three places make them.
