@@ -264,6 +264,21 @@ fn a_buffer_ends_where_a_person_acts_without_ramps_too() {
     }
 }
 
+/// The corners of the rapid are as far from each other as this machine speeds up and brakes in a tick: going on
+/// in between left next to no speed, 131 years for the rapid, and no place for a seam behind it.
+#[test]
+fn nobody_creeps_from_corner_to_corner() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("part.nc");
+    let text = "F60\nG0 Z2.877\nG1 X25.3446 Y6.5967\nG1 X0.3384 Y-0.5767\n\
+        G2 X3.8139 Y-3.8216 R4.5402\nG0 X3.8032 Y-3.8337\nG1 X0 Y0 Z0\nM30\n";
+    std::fs::write(&part, text).unwrap();
+    let router = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/machines/big-router.toml");
+    let report = json(&["-m", router, "interpolate", part.to_str().unwrap(), "--seams", "report"]);
+    assert_eq!(report["above_least_seconds"], 0.0, "{report}");
+    assert!(report["seams"].as_array().unwrap().len() >= 3, "{report}");
+}
+
 #[test]
 fn reports_that_cannot_be_made_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -257,49 +257,6 @@ proptest! {
     }
 }
 
-/// Ticks that a plan takes, node buffers left out.
-fn ticks(segments: &[Segment], machine: &Machine, feed: Feed) -> u64 {
-    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
-    let plan = plan::plan(items, machine, feed, plan::Seams::NONE, machine.work_zero_mm);
-    let end = |planned| match planned {
-        Ok(Planned::Profile(profile)) => profile.end.boundary(),
-        other => unreachable!("{other:?}"),
-    };
-    plan.map(end).max().unwrap_or(0)
-}
-
-/// Who need not stop is no later than who stops in every corner, but for some ticks a block: a chord that passes
-/// its bend faster has less acceleration left, which may not be worth it.
-fn check_going_on(legs: &[Leg], machine: &Machine) -> Result<(), TestCaseError> {
-    let segments = segments(legs, machine);
-    let going_on = ticks(&segments, machine, Feed::LookAhead);
-    let stopping = ticks(&segments, machine, Feed::ExactStop);
-    let most = stopping + 3 * segments.len() as u64;
-    prop_assert!(going_on <= most, "{going_on} {stopping}: {}", machine.name);
-    Ok(())
-}
-
-/// Two corners as far from each other as the greatest acceleration and braking of Y make in a tick: going on in
-/// between leaves next to no speed. It took 131 years.
-#[test]
-fn nobody_creeps_from_corner_to_corner() {
-    let mut machine = load("router");
-    let way_mm = |machine: &Machine| {
-        let profile = machine.axis(Axis::Y).unwrap();
-        0.25 * profile.accel_max_mm_s2 * machine.bus.tick_s() * machine.bus.tick_s()
-    };
-    for _ in 0..4 {
-        for share in [0.9, 1.0, 1.0 + 1e-12, 1.0 + 1e-6, 1.001, 1.02, 1.1, 1.5] {
-            let up_mm = share * way_mm(&machine);
-            let leg = |by_mm| Leg { by_mm, feed_mm_min: Some(60.0), arc: None };
-            let rapid = Leg { feed_mm_min: None, ..leg([-0.8 * up_mm, up_mm, 0.0]) };
-            let legs = [leg([0.2, 0.1, 0.0]), rapid, leg([-0.3, -0.3, 0.2])];
-            check_going_on(&legs, &machine).unwrap();
-        }
-        machine.axes.iter_mut().for_each(|axis| axis.accel_max_mm_s2 *= 3.0);
-    }
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(3))]
 

@@ -61,12 +61,13 @@ impl Grip {
     }
 
     /// Becomes that of a piece with these derivatives at its ends, where these squares of speeds go with the
-    /// bends.
+    /// bends; a chord is a line that bends at its ends only.
     pub fn become_bent(
         &mut self,
         ends: [RatesRef<'_>; 2],
         length_mm: f64,
         fastest_sq: [f64; 2],
+        is_chord: bool,
         limits: &Limits,
     ) {
         let (mut even, mut accel_mm_s2) = (0.0, f64::INFINITY);
@@ -98,20 +99,7 @@ impl Grip {
             }
         }
         (self.accel_mm_s2, self.is_bent, self.even_sq) = (accel_mm_s2, true, 1.0 / even);
-        self.is_chord = false;
-    }
-
-    /// The same for a line between points of a chopped curve.
-    #[inline]
-    pub fn become_chord(
-        &mut self,
-        ends: [RatesRef<'_>; 2],
-        length_mm: f64,
-        fastest_sq: [f64; 2],
-        limits: &Limits,
-    ) {
-        self.become_bent(ends, length_mm, fastest_sq, limits);
-        self.is_chord = true;
+        self.is_chord = is_chord;
     }
 
     /// The greatest acceleration along a bent piece of this length, run between these squares of speeds, and no

@@ -173,7 +173,7 @@ impl Piece {
             let peak_sq = lesser(junction_sq + straight_mm_s2 * self.length_mm, piece_sq);
             (junction_sq * peak_sq).sqrt()
         });
-        self.grip.become_chord(ends, self.length_mm, fastest_sq, limits);
+        self.grip.become_bent(ends, self.length_mm, fastest_sq, true, limits);
     }
 
     /// Lets it change its speed at once.
@@ -243,7 +243,7 @@ impl Piece {
         }
         piece.hold_jerk(ends, limits);
         let fastest_sq = piece.ends_sq_max[0].max(piece.ends_sq_max[1]);
-        piece.grip.become_bent(ends, length_mm, [fastest_sq; 2], limits);
+        piece.grip.become_bent(ends, length_mm, [fastest_sq; 2], false, limits);
         piece
     }
 

@@ -63,7 +63,7 @@ pub struct SeamReport {
     /// All of them in order, those where a person acts among them.
     pub seams: Vec<SeamCost>,
     /// What the choice costs more than the best one: nothing, unless it was made before enough of
-    /// the program was known. Infinite where there is no choice.
+    /// the program was known. No finite number where there is no choice.
     pub above_least_s: f64,
     /// So many more stops inside of blocks of a cut it has.
     pub above_least_inside: i64,

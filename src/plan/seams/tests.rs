@@ -139,6 +139,25 @@ proptest! {
     }
 }
 
+/// A stop inside a block of a cut that another choice does without is told as such, and not as its weight in seconds.
+#[test]
+fn stops_inside_are_no_seconds() {
+    let mut machine = Machine::load("starmill").unwrap();
+    machine.bus.buffer_ticks = ENTRIES;
+    let case = |kind| (20.0, 0.0, 0.0, kind, 1, false);
+    let places = places(&[case(0), case(3), case(0)]);
+    for (chosen, inside) in [(0, 0), (1, 1)] {
+        let Place { segment, share, kind, .. } = places[chosen];
+        let seams: Seams = [Seam { segment, share, kind }].into_iter().collect();
+        let mut survey = Survey::new(&machine, TICKS_MAX, &seams);
+        places.iter().for_each(|place| survey.push(place.clone()));
+        let report = survey.finish();
+        assert_eq!(report.above_least_inside, inside);
+        let penalty_s = machine.seam_in_cut_penalty_s * inside as f64;
+        assert!((report.above_least_s - penalty_s).abs() < 0.1, "{}", report.above_least_s);
+    }
+}
+
 /// Eight moves on the STARMILL with buffers of 100 ticks: length, turn before it, feed.
 const REACHES_TOO_FAR: [(f64, f64, Option<f64>); 8] = [
     (0.9, 0.37, Some(2.3)),
