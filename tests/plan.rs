@@ -10,6 +10,7 @@ use cnc::plan::{self, Feed, Planned};
 use cnc::step;
 use cnc::verify::{self, Setup, Verdict};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
 
 /// A random way: where to, at which feed, and for arcs how far the centre is off the chord.
 #[derive(Clone, Debug)]
@@ -254,6 +255,42 @@ proptest! {
         for name in ["starmill", "router", "ideal"] {
             check(&legs, &load(name), Feed::LookAhead)?;
         }
+    }
+}
+
+/// Ticks that a plan takes, node buffers left out.
+fn ticks(segments: &[Segment], machine: &Machine, feed: Feed) -> u64 {
+    let items = segments.iter().cloned().map(|s| Ok::<_, Infallible>(PathItem::from(s)));
+    let plan = plan::plan(items, machine, feed, plan::Seams::NONE, machine.work_zero_mm);
+    let end = |planned| match planned {
+        Ok(Planned::Profile(profile)) => profile.end.boundary(),
+        other => unreachable!("{other:?}"),
+    };
+    plan.map(end).max().unwrap_or(0)
+}
+
+/// Chords of all angles, in 400 programs that are the same in each run. With the acceleration that bends leave at
+/// the greatest speed there, and not at the plan's, the ideal machine took 1 % longer than with stops.
+#[test]
+fn going_on_takes_less_time_than_stopping() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let step = (-4..4_i32, -4..4_i32, any::<bool>());
+    let unit_mm = prop_oneof![Just(0.003), Just(0.0121), Just(0.05), Just(0.3)];
+    let way = (unit_mm, proptest::collection::vec(step, 2..20));
+    let programs: Vec<_> = (0..400).map(|_| way.new_tree(&mut runner).unwrap().current()).collect();
+    for machine in with_and_without_jerk() {
+        let (mut going_on, mut stopping) = (0, 0);
+        for (unit_mm, steps) in &programs {
+            let leg = |(x, y, is_rapid): &(i32, i32, bool)| Leg {
+                by_mm: [unit_mm * f64::from(*x), unit_mm * f64::from(*y), 0.0],
+                feed_mm_min: (!is_rapid).then_some(60.0),
+                arc: None,
+            };
+            let segments = segments(&steps.iter().map(leg).collect::<Vec<_>>(), &machine);
+            going_on += ticks(&segments, &machine, Feed::LookAhead);
+            stopping += ticks(&segments, &machine, Feed::ExactStop);
+        }
+        assert!(going_on < stopping, "{going_on} {stopping}: {}", machine.name);
     }
 }
 
