@@ -6,7 +6,14 @@
 //! - on the path that tick points were matched with. Where the path turns back on itself within
 //!   the tolerance it runs on at once, though nothing has moved;
 //! - on what was executed, by chords of five ticks. Rounding makes them longer by no more than is
-//!   allowed for it: along a line their errors cancel.
+//!   allowed for it: along a line their errors cancel, where it turns some of them add up.
+//!
+//! With chords cᵢ in directions uᵢ, and h the half steps by which the axes of each point may be off, the way is
+//! Σ|dᵢ| ≥ Σ uᵢ·dᵢ for whatever dᵢ the chords are the rounding of, so
+//!
+//! ```text
+//! Σ|dᵢ| ≥ Σ|cᵢ| - h·(|u₀| + |u₁ - u₀| + ... + |uₙ|)       |u|: axis by axis
+//! ```
 //!
 //! Where corners may be cut by G64 P, a match may run on by as much, and errors of chords around the
 //! corner do not cancel. There the one chord of the window counts, if it is less.
@@ -24,7 +31,7 @@ const WINDOW_TICKS: usize = 20;
 const CHORD_TICKS: usize = 5;
 /// What the mean speed may exceed the feed by, in parts of it.
 const EXCESS_SHARE: f64 = 0.01;
-/// What rounding may add to the way of a window.
+/// What rounding may add to the way of a window, along a line or on the path.
 const ROUNDING_STEPS: f64 = 2.0;
 
 /// By how much the feed is exceeded.
@@ -60,12 +67,29 @@ pub struct Standing {
     pub may_be_cut: bool,
 }
 
+/// The way of a window, and by how much rounding may have made it longer.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    length_mm: f64,
+    rounding_mm: f64,
+}
+
+impl Way {
+    /// The one that is less without rounding.
+    fn lesser(self, other: Way) -> Way {
+        let least_mm = |way: &Way| way.length_mm - way.rounding_mm;
+        if least_mm(&other) < least_mm(&self) { other } else { self }
+    }
+}
+
 /// Takes ticks one by one.
 #[derive(Debug)]
 pub struct Feed {
     /// Time of a window.
     time_s: f64,
     rounding_mm: f64,
+    /// By how much a position may be off.
+    half_steps_mm: Vector,
     /// After each tick of the window and before its first.
     window: VecDeque<Standing>,
     /// The greatest feed in it.
@@ -76,11 +100,13 @@ pub struct Feed {
 impl Feed {
     /// Begins at rest.
     pub fn new(setup: &Setup, start: Standing) -> Feed {
-        let axes = Axis::LINEAR.into_iter().filter_map(|axis| setup.machine.axis(axis));
-        let step_mm = axes.map(|axis| 1.0 / axis.steps_per_mm).fold(0.0, f64::max);
+        let step_mm = |axis| setup.machine.axis(axis).map_or(0.0, |axis| 1.0 / axis.steps_per_mm);
+        let steps_mm = Axis::LINEAR.map(step_mm);
+        let step_mm = steps_mm.into_iter().fold(0.0, f64::max);
         Feed {
             time_s: WINDOW_TICKS as f64 * setup.tick_s(),
             rounding_mm: ROUNDING_STEPS * step_mm,
+            half_steps_mm: steps_mm.map(|step_mm| 0.5 * step_mm),
             window: VecDeque::from([start]),
             feed_mm_s: start.feed_mm_s,
             found: FeedError::default(),
@@ -99,7 +125,8 @@ impl Feed {
         let Some(first) = self.window.front().copied() else { return };
         let along_mm = standing.along_mm - first.along_mm;
         if feed_mm_s > 0.0 && feed_mm_s < f64::INFINITY && self.is_news(along_mm) {
-            self.judge(along_mm.min(self.chords_mm(&first, &standing)), at);
+            let on_path = Way { length_mm: along_mm, rounding_mm: self.rounding_mm };
+            self.judge(on_path.lesser(self.chords(&first, &standing)), at);
         }
         self.window.pop_front();
         if first.feed_mm_s >= feed_mm_s && standing.feed_mm_s < feed_mm_s {
@@ -113,38 +140,52 @@ impl Feed {
         let speed_mm_s = way_mm / self.time_s;
         let share = |window: FeedWindow| window.speed_mm_s / window.allowed_mm_s;
         100.0 * (speed_mm_s / self.feed_mm_s - 1.0) > self.found.max_percent
-            || self.found.worst.is_none_or(|worst| speed_mm_s / self.allowed_mm_s() > share(worst))
+            || self
+                .found
+                .worst
+                .is_none_or(|worst| speed_mm_s / self.allowed_mm_s(self.rounding_mm) > share(worst))
     }
 
     /// A full window with this way is over.
-    fn judge(&mut self, way_mm: f64, at: Place) {
-        let speed_mm_s = way_mm / self.time_s;
+    fn judge(&mut self, way: Way, at: Place) {
+        let speed_mm_s = way.length_mm / self.time_s;
         let percent = 100.0 * (speed_mm_s / self.feed_mm_s - 1.0);
         self.found.max_percent = self.found.max_percent.max(percent);
-        let allowed_mm_s = self.allowed_mm_s();
+        let allowed_mm_s = self.allowed_mm_s(way.rounding_mm);
         let share = |window: FeedWindow| window.speed_mm_s / window.allowed_mm_s;
         if self.found.worst.is_none_or(|worst| speed_mm_s / allowed_mm_s > share(worst)) {
             self.found.worst = Some(FeedWindow { speed_mm_s, allowed_mm_s, at });
         }
     }
 
-    fn allowed_mm_s(&self) -> f64 {
-        self.feed_mm_s * (1.0 + EXCESS_SHARE) + self.rounding_mm / self.time_s
+    fn allowed_mm_s(&self, rounding_mm: f64) -> f64 {
+        self.feed_mm_s * (1.0 + EXCESS_SHARE) + rounding_mm / self.time_s
     }
 
     /// The way that was executed in the window, by chords.
-    fn chords_mm(&self, first: &Standing, last: &Standing) -> f64 {
-        let corners = self.window.iter().step_by(CHORD_TICKS);
-        let chords = corners.clone().zip(corners.skip(1));
-        let length_mm = |(from, to): (&Standing, &Standing)| {
-            let chord = difference(to.at, from.at);
-            dot(chord, chord).sqrt()
+    fn chords(&self, first: &Standing, last: &Standing) -> Way {
+        let (mut length_mm, mut rounding_mm, mut direction) = (0.0, 0.0, [0.0; 3]);
+        let mut turn = |to: Vector| {
+            let turned = difference(to, std::mem::replace(&mut direction, to));
+            let off_mm = turned.iter().zip(self.half_steps_mm);
+            rounding_mm +=
+                off_mm.map(|(turned, half_step_mm)| turned.abs() * half_step_mm).sum::<f64>();
         };
-        let way_mm = chords.map(length_mm).sum();
-        if self.window.iter().any(|standing| standing.may_be_cut) {
-            return length_mm((first, last)).min(way_mm);
+        let corners = self.window.iter().step_by(CHORD_TICKS);
+        for (from, to) in corners.clone().zip(corners.skip(1)) {
+            let chord = difference(to.at, from.at);
+            let chord_mm = dot(chord, chord).sqrt();
+            length_mm += chord_mm;
+            turn(if chord_mm > 0.0 { chord.map(|way_mm| way_mm / chord_mm) } else { [0.0; 3] });
         }
-        way_mm
+        turn([0.0; 3]);
+        let way = Way { length_mm, rounding_mm: rounding_mm.max(self.rounding_mm) };
+        if self.window.iter().any(|standing| standing.may_be_cut) {
+            let chord = difference(last.at, first.at);
+            let length_mm = dot(chord, chord).sqrt();
+            return way.lesser(Way { length_mm, rounding_mm: self.rounding_mm });
+        }
+        way
     }
 
     /// What was found.
@@ -158,9 +199,9 @@ mod tests {
     use super::*;
     use crate::base::{AxisMap, Machine};
 
-    /// The worst window of 60 ticks in X at a speed against a feed of 5 mm/s, where the matched
-    /// path runs on by so much at tick 30.
-    fn worst(speed_mm_s: f64, jump_mm: f64) -> FeedWindow {
+    /// The worst window of 60 ticks of a millisecond against a feed of 5 mm/s: where the machine stands after each,
+    /// and where on the path that is.
+    fn worst(standing: impl Fn(u32) -> (Vector, f64)) -> FeedWindow {
         let machine = Machine::load("ideal").unwrap();
         let start_steps = AxisMap::default();
         let setup = Setup {
@@ -172,14 +213,8 @@ mod tests {
             with_buffers: false,
         };
         let standing = |tick: u32| {
-            let along_mm = f64::from(tick) * speed_mm_s * 1e-3;
-            let jump_mm = if tick < 30 { 0.0 } else { jump_mm };
-            Standing {
-                at: [along_mm, 0.0, 0.0],
-                along_mm: along_mm + jump_mm,
-                feed_mm_s: 5.0,
-                may_be_cut: false,
-            }
+            let (at, along_mm) = standing(tick);
+            Standing { at, along_mm, feed_mm_s: 5.0, may_be_cut: false }
         };
         let mut feed = Feed::new(&setup, standing(0));
         (1..60).for_each(|tick| feed.tick(standing(tick), Place::default()));
@@ -188,10 +223,33 @@ mod tests {
 
     #[test]
     fn a_path_that_turns_back_within_the_tolerance_is_not_taken_for_speed() {
+        let straight = |speed_mm_s: f64, jump_mm: f64| {
+            worst(|tick| {
+                let way_mm = f64::from(tick) * speed_mm_s * 1e-3;
+                ([way_mm, 0.0, 0.0], way_mm + if tick < 30 { 0.0 } else { jump_mm })
+            })
+        };
         // As a real program did: 2.4 µm back and 2.4 µm on, between two ticks.
-        let window = worst(5.0, 0.0048);
+        let window = straight(5.0, 0.0048);
         assert!(window.speed_mm_s <= window.allowed_mm_s, "{window:?}");
-        let window = worst(5.3, 0.0);
+        let window = straight(5.3, 0.0);
+        assert!(window.speed_mm_s > window.allowed_mm_s, "{window:?}");
+    }
+
+    #[test]
+    fn rounding_of_a_path_that_turns_back_is_not_taken_for_speed() {
+        // There and back in X and Y, turning every five ticks; steps of a micrometre.
+        let there_and_back = |speed_mm_s: f64, off_mm: f64| {
+            worst(|tick| {
+                let share = f64::from(if tick / 5 % 2 == 0 { tick % 5 } else { 5 - tick % 5 });
+                let way_mm =
+                    speed_mm_s * 1e-3 * share * 0.5_f64.sqrt() + off_mm * (share - 2.5) / 2.5;
+                ([way_mm, way_mm, 0.0], f64::from(tick) * speed_mm_s * 1.1e-3)
+            })
+        };
+        let window = there_and_back(5.0, 0.000_45);
+        assert!(window.speed_mm_s <= window.allowed_mm_s, "{window:?}");
+        let window = there_and_back(5.4, 0.0);
         assert!(window.speed_mm_s > window.allowed_mm_s, "{window:?}");
     }
 }
