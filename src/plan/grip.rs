@@ -102,26 +102,17 @@ impl Grip {
         self.is_chord = is_chord;
     }
 
-    /// The greatest acceleration along a bent piece of this length, run between these squares of speeds, and no
-    /// faster than of another. A point of a chopped curve takes less of it the slower it is passed.
-    pub fn bent_mm_s2(&self, ends_sq: [f64; 2], length_mm: f64, piece_sq: f64) -> f64 {
+    /// The greatest acceleration and the greatest braking along a bent piece of this length, run between these
+    /// squares of speeds, and no faster than of another. A point of a chopped curve takes less of them the slower
+    /// it is passed.
+    pub fn bent_mm_s2(&self, ends_sq: [f64; 2], length_mm: f64, piece_sq: f64) -> [f64; 2] {
         if !self.is_chord {
-            return self.accel_mm_s2;
+            return [self.accel_mm_s2; 2];
         }
-        let all = || std::iter::once(&self.pulls).chain(&self.more_pulls);
-        let rate = |pulls: &Pulls| pulls.axes(length_mm).map(|[rate, _, _]| rate);
-        let most_rate = all().flat_map(rate).fold(0.0, greater);
-        let bends_sq = ends_sq.map(|end_sq| {
-            let peak_sq = lesser(end_sq + length_mm / most_rate, piece_sq);
-            (end_sq * peak_sq).sqrt()
-        });
-        let left = |pulls: &Pulls| {
-            pulls.axes(length_mm).map(|[rate, b0, b1]| {
-                let across = greater(b0 * bends_sq[0], b1 * bends_sq[1]);
-                if rate > 0.0 { (1.0 - across) / rate } else { f64::INFINITY }
-            })
-        };
-        all().flat_map(left).fold(f64::INFINITY, lesser)
+        let (ends_mm_s, piece_mm_s) = (ends_sq.map(f64::sqrt), piece_sq.sqrt());
+        let left = |pulls: &Pulls| pulls.left_mm_s2(ends_mm_s, length_mm, piece_mm_s);
+        let both = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [lesser(a, c), lesser(b, d)];
+        self.more_pulls.iter().map(left).fold(left(&self.pulls), both)
     }
 
     /// Whether it is that of a line, or of any change at once.
@@ -174,15 +165,30 @@ impl Grip {
 impl Pulls {
     const NONE: Pulls = Pulls { from: [0.0; TOGETHER], to: [0.0; TOGETHER] };
 
-    /// What its axes take of their limits on a piece of this length: a mm/s² along it, and a mm²/s² of speed at its
-    /// start and its end.
-    fn axes(&self, length_mm: f64) -> [[f64; 3]; TOGETHER / 2] {
-        std::array::from_fn(|i| {
-            let [start, end] = [2 * i, 2 * i + 1];
-            let along = greater(self.to[start].abs(), self.from[end].abs());
-            let bends = [start, end].map(|end| (self.from[end] + self.to[end]).abs());
-            [2.0 * length_mm * along, bends[0], bends[1]]
-        })
+    /// The greatest accelerations in both halves of a chord of this length l that is run between these speeds and
+    /// no faster than another. With V the speed in its middle, or that one if it is less, an axis of rate x' and
+    /// bend x'' at an end passed with v uses of its limit, where a makes one speed of the other:
+    ///
+    /// ```text
+    /// x'·a + x''·v·V       V² = v² + a·l
+    /// ```
+    #[inline]
+    fn left_mm_s2(&self, ends_mm_s: [f64; 2], length_mm: f64, piece_mm_s: f64) -> [f64; 2] {
+        let left = |i: usize| {
+            let (along, end_mm_s) = ([self.to[i], self.from[i]][i % 2].abs(), ends_mm_s[i % 2]);
+            let bend_s_mm = (self.from[i] + self.to[i]).abs() * end_mm_s;
+            // Along is x'/2l.
+            let rate_a_mm = 2.0 * along;
+            let used = 1.0 + rate_a_mm * end_mm_s * end_mm_s;
+            let root = (bend_s_mm * bend_s_mm + 4.0 * rate_a_mm * used).sqrt();
+            let middle_mm_s = 2.0 * used / (bend_s_mm + root);
+            let below = (middle_mm_s * middle_mm_s - end_mm_s * end_mm_s) / length_mm;
+            // That of the piece's speed: the more of both, the one above if this is no number.
+            let capped = (1.0 - bend_s_mm * piece_mm_s) / (rate_a_mm * length_mm);
+            greater(capped, below)
+        };
+        let [a, b, c, d, e, f]: [f64; TOGETHER] = std::array::from_fn(left);
+        [lesser(lesser(a, c), e), lesser(lesser(b, d), f)]
     }
 
     /// How much of its axis's limit is used, in the condition where that is most.

@@ -25,6 +25,7 @@ use crate::path::{Curve, Segment};
 
 use super::corner::CORNER_SHARE;
 use super::extreme::{greater, lesser};
+use super::hop::Hop;
 use super::jerk::Smoother;
 use super::limits::Limits;
 use super::piece::Piece;
@@ -377,7 +378,8 @@ impl LookAhead {
             let Item::Run(run) = &mut self.queue[i].item else { continue };
             let piece = &mut run.piece;
             let junction = &mut piece.junction;
-            if speed_sq < junction.speed_sq_max {
+            // Pieces of a curve go straight on; they are held as a whole, or between stops.
+            if speed_sq < junction.speed_sq_max && !junction.turn.is_none() {
                 junction.speed_sq_max = speed_sq;
                 junction.bound = Bound::Tick;
             }
@@ -387,12 +389,18 @@ impl LookAhead {
         }
     }
 
-    /// The length of some pieces, and the time they take from rest to rest, each with a wait for a tick's boundary.
+    /// The length of some pieces, and the time they take with a stop in every corner among them, each with a wait
+    /// for a tick's boundary.
     fn stopping(&self, items: Range<usize>) -> (f64, f64) {
-        let pieces = self.queue[items].iter().filter_map(|queued| queued.item.piece());
-        pieces.fold((0.0, 0.0), |(length_mm, time_s), piece| {
-            (length_mm + piece.length_mm, time_s + piece.rest_to_rest_s() + self.tick_s)
-        })
+        let (mut length_mm, mut stops_s, mut hop) = (0.0, 0.0, Hop::NONE);
+        for piece in self.queue[items].iter().filter_map(|queued| queued.item.piece()) {
+            if length_mm > 0.0 && !piece.junction.turn.is_none() {
+                stops_s += std::mem::replace(&mut hop, Hop::NONE).time_s() + self.tick_s;
+            }
+            length_mm += piece.length_mm;
+            hop.add(piece);
+        }
+        (length_mm, stops_s + hop.time_s() + self.tick_s)
     }
 }
 

@@ -31,6 +31,7 @@ mod extreme;
 mod grip;
 mod groups;
 mod hairpin;
+mod hop;
 mod jerk;
 mod junction;
 mod limits;

@@ -383,13 +383,6 @@ impl Piece {
         accel_mm_s2.max(self.accel_between(0.0, self.exit_sq_max(0.0, f64::INFINITY)))
     }
 
-    /// The least time that it takes from rest to rest, whatever its speed limits say: with the greatest
-    /// acceleration a, up and down, or with the greatest jerk j, up, down and up again (l = j·t³/32).
-    pub fn rest_to_rest_s(&self) -> f64 {
-        let accel_s = 2.0 * (self.length_mm / self.accel_max_mm_s2()).sqrt();
-        accel_s.max(libm::cbrt(32.0 * self.length_mm / self.jerk.along_mm_s3()))
-    }
-
     /// What sets its greatest speed where it is run between these speeds with this peak.
     #[inline]
     pub fn bound(&self, ends_mm_s: [f64; 2], peak_mm_s: f64) -> Bound {
@@ -450,10 +443,12 @@ impl Piece {
         let is_below = lesser(entry_sq, exit_sq) < speed_sq_max;
         let may_peak = greater(entry_sq, exit_sq) <= speed_sq_max;
         if is_below && may_peak && !self.is_brief(ends_mm_s) {
-            let accel_mm_s2 = self.grip.bent_mm_s2(ends_sq, self.length_mm, speed_sq_max);
-            // It leaves room for a greater speed between its ends.
-            if 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs() {
-                return between(accel_mm_s2);
+            let both_mm_s2 = self.grip.bent_mm_s2(ends_sq, self.length_mm, speed_sq_max);
+            let gains_sq = both_mm_s2.map(|accel_mm_s2| 2.0 * accel_mm_s2 * self.length_mm);
+            // They leave room for a greater speed between its ends.
+            let gain_sq = exit_sq - entry_sq;
+            if gains_sq[0] > greater(gain_sq, 0.0) && gains_sq[1] > greater(-gain_sq, 0.0) {
+                return Ramp::uneven(self.length_mm, ends_mm_s, speed_sq_max, both_mm_s2);
             }
         }
         Ramp::steady(self.length_mm, ends_mm_s)

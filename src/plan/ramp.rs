@@ -30,8 +30,9 @@ enum Legs {
     /// Those of the drawing, any of which may take no time.
     Trapezoid {
         entry_mm_s: f64,
-        /// Of the first leg; the last one brakes as much.
+        /// Of the first leg, and how much the last one brakes.
         accel_mm_s2: f64,
+        braking_mm_s2: f64,
         /// When and where the second leg starts, and the third.
         cruise: (f64, f64),
         down: (f64, f64),
@@ -80,6 +81,7 @@ impl Ramp {
         legs: Legs::Trapezoid {
             entry_mm_s: 0.0,
             accel_mm_s2: 0.0,
+            braking_mm_s2: 0.0,
             cruise: (0.0, 0.0),
             down: (0.0, 0.0),
         },
@@ -90,17 +92,43 @@ impl Ramp {
     #[inline]
     pub fn between(
         length_mm: f64,
-        [entry_mm_s, exit_mm_s]: [f64; 2],
+        ends_mm_s: [f64; 2],
         speed_sq_max: f64,
         accel_mm_s2: f64,
     ) -> Ramp {
-        let [entry_sq, exit_sq] = [entry_mm_s * entry_mm_s, exit_mm_s * exit_mm_s];
+        let [entry_sq, exit_sq] = ends_mm_s.map(|end_mm_s| end_mm_s * end_mm_s);
         // Up and down take all of the length at this peak: v² - v₀² + v² - v₁² = 2·a·l.
         let peak_sq = 0.5 * (entry_sq + exit_sq) + accel_mm_s2 * length_mm;
-        let peak_mm_s =
-            greater(greater(lesser(peak_sq, speed_sq_max).sqrt(), entry_mm_s), exit_mm_s);
-        let per_accel_s2_mm = 1.0 / accel_mm_s2;
-        let [up_s, down_s] = [entry_mm_s, exit_mm_s].map(|end| (peak_mm_s - end) * per_accel_s2_mm);
+        Ramp::peaking(length_mm, ends_mm_s, lesser(peak_sq, speed_sq_max), [accel_mm_s2; 2])
+    }
+
+    /// The same with an acceleration and another braking.
+    pub fn uneven(
+        length_mm: f64,
+        ends_mm_s: [f64; 2],
+        speed_sq_max: f64,
+        [up_mm_s2, down_mm_s2]: [f64; 2],
+    ) -> Ramp {
+        let [entry_sq, exit_sq] = ends_mm_s.map(|end_mm_s| end_mm_s * end_mm_s);
+        // (v² - v₀²) / a + (v² - v₁²) / b = 2·l.
+        let gained = 2.0 * up_mm_s2 * down_mm_s2 * length_mm;
+        let peak_sq =
+            (entry_sq * down_mm_s2 + exit_sq * up_mm_s2 + gained) / (up_mm_s2 + down_mm_s2);
+        let peak_sq = lesser(peak_sq, speed_sq_max);
+        Ramp::peaking(length_mm, ends_mm_s, peak_sq, [up_mm_s2, down_mm_s2])
+    }
+
+    /// The same with the square of the speed of the cruise.
+    #[inline]
+    fn peaking(
+        length_mm: f64,
+        [entry_mm_s, exit_mm_s]: [f64; 2],
+        peak_sq: f64,
+        [accel_mm_s2, braking_mm_s2]: [f64; 2],
+    ) -> Ramp {
+        let peak_mm_s = greater(greater(peak_sq.sqrt(), entry_mm_s), exit_mm_s);
+        let up_s = (peak_mm_s - entry_mm_s) * (1.0 / accel_mm_s2);
+        let down_s = (peak_mm_s - exit_mm_s) * (1.0 / braking_mm_s2);
         let [up_mm, down_mm] =
             [0.5 * (entry_mm_s + peak_mm_s) * up_s, 0.5 * (peak_mm_s + exit_mm_s) * down_s];
         let cruise_mm = greater(length_mm - up_mm - down_mm, 0.0);
@@ -112,6 +140,7 @@ impl Ramp {
             legs: Legs::Trapezoid {
                 entry_mm_s,
                 accel_mm_s2,
+                braking_mm_s2,
                 cruise: (up_s, up_mm),
                 down: (down_start_s, up_mm + cruise_mm),
             },
@@ -128,7 +157,13 @@ impl Ramp {
             length_mm,
             duration_s,
             peak_mm_s: greater(entry_mm_s, exit_mm_s),
-            legs: Legs::Trapezoid { entry_mm_s, accel_mm_s2, cruise: end, down: end },
+            legs: Legs::Trapezoid {
+                entry_mm_s,
+                accel_mm_s2,
+                braking_mm_s2: 0.0,
+                cruise: end,
+                down: end,
+            },
         }
     }
 
@@ -179,11 +214,11 @@ impl Ramp {
     #[inline]
     fn start(&self, leg: usize) -> Start {
         match &self.legs {
-            Legs::Trapezoid { entry_mm_s, accel_mm_s2, cruise, down } => {
+            Legs::Trapezoid { entry_mm_s, accel_mm_s2, braking_mm_s2, cruise, down } => {
                 let ((start_s, start_mm), speed_mm_s, accel_mm_s2) = match leg {
                     0 => ((0.0, 0.0), *entry_mm_s, *accel_mm_s2),
                     1 => (*cruise, self.peak_mm_s, 0.0),
-                    _ => (*down, self.peak_mm_s, -accel_mm_s2),
+                    _ => (*down, self.peak_mm_s, -braking_mm_s2),
                 };
                 Start { start_s, start_mm, speed_mm_s, accel_mm_s2, jerk_mm_s3: 0.0 }
             }
