@@ -174,6 +174,7 @@ impl Pulls {
     /// ```
     #[inline]
     fn left_mm_s2(&self, ends_mm_s: [f64; 2], length_mm: f64, piece_mm_s: f64) -> [f64; 2] {
+        let per_length_mm = 1.0 / length_mm;
         let left = |i: usize| {
             let (along, end_mm_s) = ([self.to[i], self.from[i]][i % 2].abs(), ends_mm_s[i % 2]);
             let bend_s_mm = (self.from[i] + self.to[i]).abs() * end_mm_s;
@@ -182,7 +183,7 @@ impl Pulls {
             let used = 1.0 + rate_a_mm * end_mm_s * end_mm_s;
             let root = (bend_s_mm * bend_s_mm + 4.0 * rate_a_mm * used).sqrt();
             let middle_mm_s = 2.0 * used / (bend_s_mm + root);
-            let below = (middle_mm_s * middle_mm_s - end_mm_s * end_mm_s) / length_mm;
+            let below = (middle_mm_s * middle_mm_s - end_mm_s * end_mm_s) * per_length_mm;
             // That of the piece's speed: the more of both, the one above if this is no number.
             let capped = (1.0 - bend_s_mm * piece_mm_s) / (rate_a_mm * length_mm);
             greater(capped, below)
