@@ -279,6 +279,31 @@ fn nobody_creeps_from_corner_to_corner() {
     assert!(report["seams"].as_array().unwrap().len() >= 3, "{report}");
 }
 
+/// This machine takes longer to speed up and stop than a node holds ticks, but not at a lower feed.
+#[test]
+fn buffers_that_no_node_holds_are_told_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let [profile, part] = ["weak.toml", "part.nc"].map(|name| folder.path().join(name));
+    let strong = include_str!("../src/base/machines/starmill.toml");
+    let weak = strong.replace("accel_max_mm_s2 = 100.0", "accel_max_mm_s2 = 1.0");
+    let weak = weak.replace("jerk_max_mm_s3 = 2000.0", "jerk_max_mm_s3 = 0.2");
+    std::fs::write(&profile, weak).unwrap();
+    for (feed, options, is_told) in [
+        (1200, &[][..], true),
+        (1200, &["--json"], true),
+        (1200, &["--csv"], true),
+        (1200, &["--quiet"], false),
+        (300, &[], false),
+    ] {
+        std::fs::write(&part, format!("F{feed}\nG1 X60\nG1 X0\nM30\n")).unwrap();
+        let [profile, part] = [&profile, &part].map(|path| path.to_str().unwrap());
+        let (code, _, messages) = cnc(&[&["-m", profile, "interpolate", part], options].concat());
+        assert_eq!(code, 0, "{messages}");
+        let told = "up to line 3) has 3753 ticks of motion, a node holds 1496";
+        assert_eq!(messages.contains(told), is_told, "{options:?}: {messages}");
+    }
+}
+
 #[test]
 fn reports_that_cannot_be_made_are_refused() {
     let folder = tempfile::tempdir().unwrap();

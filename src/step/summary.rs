@@ -120,6 +120,13 @@ impl Summary {
         self.buffers.len()
     }
 
+    /// The first of the longest node buffers: its number, its ticks and the line of its last one.
+    pub fn longest_buffer(&self) -> Option<(usize, u64, u32)> {
+        let buffers = self.buffers.iter().enumerate();
+        let longest = buffers.rev().max_by_key(|(_, buffer)| buffer.ticks);
+        longest.map(|(number, buffer)| (number, buffer.ticks, buffer.line))
+    }
+
     /// Time of the motion itself.
     pub fn motion_s(&self, machine: &Machine) -> f64 {
         self.ticks as f64 * machine.bus.tick_s()

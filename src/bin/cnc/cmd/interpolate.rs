@@ -127,7 +127,7 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         (Some(path), _) if path != Path::new("-") => {
             output::whole_file(path, |out| dump(out, &program, args, &summary))?;
             if global.json {
-                writeln!(io::stdout().lock(), "{}", to_json(&summary.into_inner(), &program))?;
+                writeln!(io::stdout().lock(), "{}", to_json(&summary.borrow(), &program))?;
             }
         }
         (_, true) => {
@@ -136,16 +136,31 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
         }
         (_, false) => {
             each_command(&program, args, &summary, |_| Ok(()))?;
-            let summary = summary.into_inner();
             let mut out = io::stdout().lock();
             if global.json {
-                writeln!(out, "{}", to_json(&summary, &program))?;
+                writeln!(out, "{}", to_json(&summary.borrow(), &program))?;
             } else {
-                print(&mut out, &summary, &program)?;
+                print(&mut out, &summary.borrow(), &program)?;
             }
         }
     }
+    if !global.quiet {
+        warn_of_long_buffer(&summary.borrow(), &program);
+    }
     Ok(Exit::Ok)
+}
+
+/// Says where no choice of seams was found that keeps every buffer within what a node holds.
+fn warn_of_long_buffer(summary: &Summary, program: &Program) {
+    let Some(ticks_max) = program.machine.bus.motion_ticks_max() else { return };
+    let Some((number, ticks, line)) = summary.longest_buffer() else { return };
+    if ticks > u64::from(ticks_max) {
+        say!(
+            "warning: buffer {number} (up to line {line}) has {ticks} ticks of motion, a node holds {ticks_max}, and \
+             `cnc send` will refuse it: no stops were found that end it sooner. Lower feeds, or greater \
+             accelerations and jerks in the profile, make stops shorter"
+        );
+    }
 }
 
 impl Args {
