@@ -443,12 +443,16 @@ impl Piece {
         let is_below = lesser(entry_sq, exit_sq) < speed_sq_max;
         let may_peak = greater(entry_sq, exit_sq) <= speed_sq_max;
         if is_below && may_peak && !self.is_brief(ends_mm_s) {
-            let both_mm_s2 = self.grip.bent_mm_s2(ends_sq, self.length_mm, speed_sq_max);
-            let gains_sq = both_mm_s2.map(|accel_mm_s2| 2.0 * accel_mm_s2 * self.length_mm);
-            // They leave room for a greater speed between its ends.
-            let gain_sq = exit_sq - entry_sq;
-            if gains_sq[0] > greater(gain_sq, 0.0) && gains_sq[1] > greater(-gain_sq, 0.0) {
-                return Ramp::uneven(self.length_mm, ends_mm_s, speed_sq_max, both_mm_s2);
+            let halves_mm_s2 = self.grip.bent_mm_s2(ends_sq, self.length_mm, speed_sq_max);
+            if let Some(ramp) =
+                Ramp::of_halves(self.length_mm, ends_mm_s, speed_sq_max, halves_mm_s2)
+            {
+                return ramp;
+            }
+            let accel_mm_s2 = lesser(halves_mm_s2[0], halves_mm_s2[1]);
+            // It leaves room for a greater speed between its ends.
+            if 2.0 * accel_mm_s2 * self.length_mm > (exit_sq - entry_sq).abs() {
+                return between(accel_mm_s2);
             }
         }
         Ramp::steady(self.length_mm, ends_mm_s)

@@ -102,20 +102,30 @@ impl Ramp {
         Ramp::peaking(length_mm, ends_mm_s, lesser(peak_sq, speed_sq_max), [accel_mm_s2; 2])
     }
 
-    /// The same with an acceleration and another braking.
-    pub fn uneven(
+    /// The same with an acceleration in the first half and another braking in the second, of which the greater is
+    /// not asked for in the half of the lesser. None where it would be, or where there is no peak above the ends.
+    pub fn of_halves(
         length_mm: f64,
         ends_mm_s: [f64; 2],
         speed_sq_max: f64,
-        [up_mm_s2, down_mm_s2]: [f64; 2],
-    ) -> Ramp {
+        halves_mm_s2: [f64; 2],
+    ) -> Option<Ramp> {
         let [entry_sq, exit_sq] = ends_mm_s.map(|end_mm_s| end_mm_s * end_mm_s);
+        let [up_mm_s2, down_mm_s2] = halves_mm_s2;
+        if lesser(up_mm_s2, down_mm_s2) <= 0.0 {
+            return None;
+        }
         // (v² - v₀²) / a + (v² - v₁²) / b = 2·l.
         let gained = 2.0 * up_mm_s2 * down_mm_s2 * length_mm;
         let peak_sq =
             (entry_sq * down_mm_s2 + exit_sq * up_mm_s2 + gained) / (up_mm_s2 + down_mm_s2);
+        let is_peak = peak_sq > greater(entry_sq, exit_sq);
         let peak_sq = lesser(peak_sq, speed_sq_max);
-        Ramp::peaking(length_mm, ends_mm_s, peak_sq, [up_mm_s2, down_mm_s2])
+        let (end_sq, most_mm_s2) =
+            if up_mm_s2 > down_mm_s2 { (entry_sq, up_mm_s2) } else { (exit_sq, down_mm_s2) };
+        let is_in_half = peak_sq - end_sq <= most_mm_s2 * length_mm;
+        let ramp = || Ramp::peaking(length_mm, ends_mm_s, peak_sq, halves_mm_s2);
+        (is_peak && is_in_half).then(ramp)
     }
 
     /// The same with the square of the speed of the cruise.
