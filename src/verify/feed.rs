@@ -5,18 +5,22 @@
 //!
 //! - on the path that tick points were matched with. Where the path turns back on itself within
 //!   the tolerance it runs on at once, though nothing has moved;
-//! - on what was executed, by chords of five ticks. Rounding makes them longer by no more than is
-//!   allowed for it: along a line their errors cancel, where it turns some of them add up.
+//! - on what was executed, by chords of five ticks.
 //!
-//! With chords cᵢ in directions uᵢ, and h the half steps by which the axes of each point may be off, the way is
-//! Σ|dᵢ| ≥ Σ uᵢ·dᵢ for whatever dᵢ the chords are the rounding of, so
+//! Rounding makes ways longer. On the path it is allowed two steps. With chords cᵢ in directions uᵢ, and h the half
+//! steps by which the axes of each point may be off, the way is Σ|dᵢ| ≥ Σ uᵢ·dᵢ for whatever dᵢ the chords are the
+//! rounding of, so
 //!
 //! ```text
 //! Σ|dᵢ| ≥ Σ|cᵢ| - h·(|u₀| + |u₁ - u₀| + ... + |uₙ|)       |u|: axis by axis
 //! ```
 //!
-//! Where corners may be cut by G64 P, a match may run on by as much, and errors of chords around the
-//! corner do not cancel. There the one chord of the window counts, if it is less.
+//! That holds for chords of any ticks: of five, which follow the path where it turns, and of ten and twenty, which
+//! turn less on a line of few steps. So what is executed is at least the greatest of the three, where each is
+//! allowed two steps in any case.
+//!
+//! Where corners may be cut by G64 P a match may run on by as much, and errors of chords around the
+//! corner do not cancel. There the one chord of the window counts.
 
 use std::collections::VecDeque;
 
@@ -27,11 +31,11 @@ use crate::base::Axis;
 
 /// Ticks of a window.
 const WINDOW_TICKS: usize = 20;
-/// Ticks of a chord of what was executed.
-const CHORD_TICKS: usize = 5;
+/// Ticks of chords of what was executed.
+const CHORDS_TICKS: [usize; 3] = [5, 10, WINDOW_TICKS];
 /// What the mean speed may exceed the feed by, in parts of it.
 const EXCESS_SHARE: f64 = 0.01;
-/// What rounding may add to the way of a window, along a line or on the path.
+/// What rounding may add to the way of a window, at least.
 const ROUNDING_STEPS: f64 = 2.0;
 
 /// By how much the feed is exceeded.
@@ -72,14 +76,6 @@ pub struct Standing {
 struct Way {
     length_mm: f64,
     rounding_mm: f64,
-}
-
-impl Way {
-    /// The one that is less without rounding.
-    fn lesser(self, other: Way) -> Way {
-        let least_mm = |way: &Way| way.length_mm - way.rounding_mm;
-        if least_mm(&other) < least_mm(&self) { other } else { self }
-    }
 }
 
 /// Takes ticks one by one.
@@ -125,8 +121,7 @@ impl Feed {
         let Some(first) = self.window.front().copied() else { return };
         let along_mm = standing.along_mm - first.along_mm;
         if feed_mm_s > 0.0 && feed_mm_s < f64::INFINITY && self.is_news(along_mm) {
-            let on_path = Way { length_mm: along_mm, rounding_mm: self.rounding_mm };
-            self.judge(on_path.lesser(self.chords(&first, &standing)), at);
+            self.judge(self.way(along_mm), at);
         }
         self.window.pop_front();
         if first.feed_mm_s >= feed_mm_s && standing.feed_mm_s < feed_mm_s {
@@ -162,16 +157,26 @@ impl Feed {
         self.feed_mm_s * (1.0 + EXCESS_SHARE) + rounding_mm / self.time_s
     }
 
-    /// The way that was executed in the window, by chords.
-    fn chords(&self, first: &Standing, last: &Standing) -> Way {
+    /// The way of the window, of which so much is on the path.
+    fn way(&self, along_mm: f64) -> Way {
+        let may_be_cut = self.window.iter().any(|standing| standing.may_be_cut);
+        let chords_ticks = if may_be_cut { &[WINDOW_TICKS][..] } else { &CHORDS_TICKS };
+        let least_mm = |way: Way| way.length_mm - way.rounding_mm.max(self.rounding_mm);
+        let chords_mm = chords_ticks.iter().map(|ticks| least_mm(self.chords(*ticks)));
+        let least_mm = chords_mm.fold(0.0, f64::max).min(along_mm - self.rounding_mm);
+        let length_mm = along_mm.min(self.chords(chords_ticks[0]).length_mm);
+        Way { length_mm, rounding_mm: length_mm - least_mm }
+    }
+
+    /// The way that was executed in the window, by chords of so many ticks.
+    fn chords(&self, ticks: usize) -> Way {
         let (mut length_mm, mut rounding_mm, mut direction) = (0.0, 0.0, [0.0; 3]);
         let mut turn = |to: Vector| {
             let turned = difference(to, std::mem::replace(&mut direction, to));
             let off_mm = turned.iter().zip(self.half_steps_mm);
-            rounding_mm +=
-                off_mm.map(|(turned, half_step_mm)| turned.abs() * half_step_mm).sum::<f64>();
+            rounding_mm += off_mm.map(|(turned, half_mm)| turned.abs() * half_mm).sum::<f64>();
         };
-        let corners = self.window.iter().step_by(CHORD_TICKS);
+        let corners = self.window.iter().step_by(ticks);
         for (from, to) in corners.clone().zip(corners.skip(1)) {
             let chord = difference(to.at, from.at);
             let chord_mm = dot(chord, chord).sqrt();
@@ -179,13 +184,7 @@ impl Feed {
             turn(if chord_mm > 0.0 { chord.map(|way_mm| way_mm / chord_mm) } else { [0.0; 3] });
         }
         turn([0.0; 3]);
-        let way = Way { length_mm, rounding_mm: rounding_mm.max(self.rounding_mm) };
-        if self.window.iter().any(|standing| standing.may_be_cut) {
-            let chord = difference(last.at, first.at);
-            let length_mm = dot(chord, chord).sqrt();
-            return way.lesser(Way { length_mm, rounding_mm: self.rounding_mm });
-        }
-        way
+        Way { length_mm, rounding_mm }
     }
 
     /// What was found.
