@@ -280,11 +280,11 @@ fn check_going_on(legs: &[Leg], machine: &Machine) -> Result<[u64; 2], TestCaseE
     Ok([going_on, stopping])
 }
 
-/// Steps of a grid, cut at 1 mm/s or as rapids.
-fn grid(unit_mm: f64, steps: &[(i32, i32, bool)]) -> Vec<Leg> {
+/// Steps of a grid, cut at a feed or as rapids.
+fn grid(unit_mm: f64, feed_mm_min: f64, steps: &[(i32, i32, bool)]) -> Vec<Leg> {
     let leg = |(x, y, is_rapid): &(i32, i32, bool)| Leg {
         by_mm: [unit_mm * f64::from(*x), unit_mm * f64::from(*y), 0.0],
-        feed_mm_min: (!is_rapid).then_some(60.0),
+        feed_mm_min: (!is_rapid).then_some(feed_mm_min),
         arc: None,
     };
     steps.iter().map(leg).collect()
@@ -301,9 +301,9 @@ fn going_on_takes_less_time_than_stopping() {
     let way = (unit_mm, proptest::collection::vec(step, 2..20));
     let programs: Vec<_> = (0..400).map(|_| way.new_tree(&mut runner).unwrap().current()).collect();
     for machine in with_and_without_jerk() {
-        let times = programs
-            .iter()
-            .map(|(unit_mm, steps)| check_going_on(&grid(*unit_mm, steps), &machine).unwrap());
+        let times = programs.iter().map(|(unit_mm, steps)| {
+            check_going_on(&grid(*unit_mm, 60.0, steps), &machine).unwrap()
+        });
         let sum = |[a, b]: [u64; 2], [c, d]: [u64; 2]| [a + c, b + d];
         let [going_on, stopping] = times.fold([0; 2], sum);
         assert!(going_on < stopping, "{going_on} {stopping}: {}", machine.name);
@@ -333,6 +333,28 @@ fn nobody_creeps_along_a_tiny_arc() {
     }
 }
 
+/// Forty lines that turn back, or less, from one to the next, as fast as can be. With jerk that the bend of a curve would
+/// take where the way turns back, the STARMILL took 510 ticks for one such program, and 453 with stops.
+#[test]
+fn zigzags_take_no_longer_than_with_stops() {
+    let big_router = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/machines/big-router.toml");
+    let machines = with_and_without_jerk().into_iter().chain([load(big_router)]);
+    for machine in machines {
+        for length_mm in [0.02, 0.14, 0.17, 0.6] {
+            for (angle_deg, turn_deg) in [(0, 180), (45, 180), (45, 170), (20, 120), (45, 85)] {
+                let leg = |n: i32| {
+                    let angle_deg = angle_deg + if n % 2 == 0 { 0 } else { turn_deg };
+                    let (sin, cos) = f64::from(angle_deg).to_radians().sin_cos();
+                    let by_mm = [length_mm * cos, length_mm * sin, 0.0];
+                    Leg { by_mm, feed_mm_min: Some(12_000.0), arc: None }
+                };
+                let legs: Vec<Leg> = (0..40).map(leg).collect();
+                check_going_on(&legs, &machine).unwrap();
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
@@ -340,11 +362,12 @@ proptest! {
     fn going_on_takes_no_longer_than_stopping(
         legs in legs(),
         unit_mm in 0.002..0.2_f64,
+        feed_mm_min in prop_oneof![Just(60.0), 60.0..12_000.0_f64],
         steps in proptest::collection::vec((-4..4_i32, -4..4_i32, any::<bool>()), 2..20),
     ) {
         for machine in with_and_without_jerk() {
             check_going_on(&legs, &machine)?;
-            check_going_on(&grid(unit_mm, &steps), &machine)?;
+            check_going_on(&grid(unit_mm, feed_mm_min, &steps), &machine)?;
         }
     }
 }

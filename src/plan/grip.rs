@@ -110,9 +110,9 @@ impl Grip {
             return [self.accel_mm_s2; 2];
         }
         let (ends_mm_s, piece_mm_s) = (ends_sq.map(f64::sqrt), piece_sq.sqrt());
-        let left = |pulls: &Pulls| pulls.left_mm_s2(ends_mm_s, length_mm, piece_mm_s);
+        let halves = |pulls: &Pulls| pulls.halves_mm_s2(ends_mm_s, length_mm, piece_mm_s);
         let both = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [lesser(a, c), lesser(b, d)];
-        self.more_pulls.iter().map(left).fold(left(&self.pulls), both)
+        self.more_pulls.iter().map(halves).fold(halves(&self.pulls), both)
     }
 
     /// Whether it is that of a line, or of any change at once.
@@ -165,30 +165,31 @@ impl Grip {
 impl Pulls {
     const NONE: Pulls = Pulls { from: [0.0; TOGETHER], to: [0.0; TOGETHER] };
 
-    /// The greatest accelerations in both halves of a chord of this length l that is run between these speeds and
-    /// no faster than another. With V the speed in its middle, or that one if it is less, an axis of rate x' and
-    /// bend x'' at an end passed with v uses of its limit, where a makes one speed of the other:
+    /// The greatest accelerations in both halves of a chord of length l that is run between these speeds, and no
+    /// faster than the piece as a whole. An axis of rate x', and of bend x'' at an end that is passed with v, has to
+    /// keep its limit with V, the speed that a makes of v in that half, or the piece's, if that is less:
     ///
     /// ```text
-    /// x'·a + x''·v·V       V² = v² + a·l
+    /// x'·a + x''·v·V ≤ 1       V² = v² + a·l       (x', x'': as shares of the limit)
     /// ```
     #[inline]
-    fn left_mm_s2(&self, ends_mm_s: [f64; 2], length_mm: f64, piece_mm_s: f64) -> [f64; 2] {
+    fn halves_mm_s2(&self, ends_mm_s: [f64; 2], length_mm: f64, piece_mm_s: f64) -> [f64; 2] {
         let per_length_mm = 1.0 / length_mm;
-        let left = |i: usize| {
-            let (along, end_mm_s) = ([self.to[i], self.from[i]][i % 2].abs(), ends_mm_s[i % 2]);
+        let half = |i: usize| {
+            // Conditions come in turn for the start and for the end: the other end's factor is x'/2l.
+            let rate_a_mm = 2.0 * [self.to[i], self.from[i]][i % 2].abs();
+            let end_mm_s = ends_mm_s[i % 2];
             let bend_s_mm = (self.from[i] + self.to[i]).abs() * end_mm_s;
-            // Along is x'/2l.
-            let rate_a_mm = 2.0 * along;
-            let used = 1.0 + rate_a_mm * end_mm_s * end_mm_s;
-            let root = (bend_s_mm * bend_s_mm + 4.0 * rate_a_mm * used).sqrt();
-            let middle_mm_s = 2.0 * used / (bend_s_mm + root);
-            let below = (middle_mm_s * middle_mm_s - end_mm_s * end_mm_s) * per_length_mm;
-            // That of the piece's speed: the more of both, the one above if this is no number.
-            let capped = (1.0 - bend_s_mm * piece_mm_s) / (rate_a_mm * length_mm);
-            greater(capped, below)
+            // With a = (V² - v²)/l: x'/l·V² + x''·v·V = 1 + x'/l·v².
+            let whole = 1.0 + rate_a_mm * end_mm_s * end_mm_s;
+            let root = (bend_s_mm * bend_s_mm + 4.0 * rate_a_mm * whole).sqrt();
+            let middle_mm_s = 2.0 * whole / (bend_s_mm + root);
+            let below_piece = (middle_mm_s * middle_mm_s - end_mm_s * end_mm_s) * per_length_mm;
+            let at_piece = (1.0 - bend_s_mm * piece_mm_s) / (rate_a_mm * length_mm);
+            // Whichever V is the lesser leaves the more. Of an axis that does not move, 0/0 at worst: not taken.
+            greater(at_piece, below_piece)
         };
-        let [a, b, c, d, e, f]: [f64; TOGETHER] = std::array::from_fn(left);
+        let [a, b, c, d, e, f]: [f64; TOGETHER] = std::array::from_fn(half);
         [lesser(lesser(a, c), e), lesser(lesser(b, d), f)]
     }
 

@@ -31,9 +31,10 @@ impl Hop {
         self.jerk_mm_s3 = lesser(self.jerk_mm_s3, piece.jerk.along_mm_s3());
     }
 
-    /// How long it takes. With the acceleration a up and down, or the jerk j up, down and up again (l = j·t³/32);
-    /// where the limit of speed is less than the peak v of that, at most half of it more than the cruise
-    /// (l/v + v/a, and v ≤ a·t/2).
+    /// How long it takes, about: with the acceleration a up and down, or the jerk j up, down and up again
+    /// (l = j·t³/32), whichever is longer. Where both bind that is up to a tenth too little. Where the limit of
+    /// speed v is less than the peak of that, it takes l/v + v/a: half of the time without the limit more than the
+    /// cruise at most.
     pub fn time_s(&self) -> f64 {
         let accel_s = 2.0 * (self.length_mm / self.accel_mm_s2).sqrt();
         let half_s = 0.5 * greater(accel_s, libm::cbrt(32.0 * self.length_mm / self.jerk_mm_s3));

@@ -62,6 +62,12 @@ impl Turn {
         self.dot >= 0.0 && self.cross_sq <= STRAIGHT * STRAIGHT * self.dot * self.dot
     }
 
+    /// Whether it is more than a right angle.
+    #[inline]
+    pub fn is_back(&self) -> bool {
+        self.dot < 0.0
+    }
+
     /// Square of its tangent, which is more than the angle; infinite from a right angle on.
     #[inline]
     pub fn tan_sq(&self) -> f64 {
@@ -88,6 +94,8 @@ pub struct Bend {
     pub per_mm: Point,
     /// Square of the greatest speed there, that of the slower feed at most.
     pub speed_sq_max: f64,
+    /// It turns by more than a right angle: as no curve does whose chords are of any use.
+    pub is_back: bool,
 }
 
 /// The end of a segment in a junction.
@@ -231,7 +239,7 @@ impl Joint {
         let per_mean_mm = 1.0 / mean_mm;
         let per_mm = AxisMap::from_fn(|axis| (b[axis] - a[axis]) * per_mean_mm);
         let speed_sq_max = lesser(junction.speed_sq_max, feed_mm_s * feed_mm_s);
-        *bend = Some(Bend { per_mm, speed_sq_max });
+        *bend = Some(Bend { per_mm, speed_sq_max, is_back: junction.turn.is_back() });
     }
 }
 

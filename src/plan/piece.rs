@@ -62,6 +62,14 @@ pub struct Piece {
     grip: Grip,
 }
 
+/// The derivatives at the ends of a line with this direction that bends there.
+fn chord_ends<'a>(tangent: &'a Point, bends: [Option<&'a Bend>; 2]) -> [RatesRef<'a>; 2] {
+    bends.map(|bend| {
+        let bend_per_mm = bend.map_or(&Point::ZERO, |bend| &bend.per_mm);
+        RatesRef { tangent, bend_per_mm }
+    })
+}
+
 /// How a bent piece is cut.
 struct Cut<'a> {
     segment: &'a Segment,
@@ -160,12 +168,11 @@ impl Piece {
     /// are points of one. The axes' step of speed is made at the speed of that junction, in the time that
     /// the line takes, faster between its ends: so much acceleration does it take from the line.
     pub fn bend(&mut self, tangent: &Point, bends: [Option<&Bend>; 2], limits: &Limits) {
-        let ends = bends.map(|bend| RatesRef {
-            tangent,
-            bend_per_mm: bend.map_or(&Point::ZERO, |bend| &bend.per_mm),
-        });
         let straight_mm_s2 = self.accel_max_mm_s2();
-        self.hold_jerk(ends, limits);
+        // Where the way turns back braking goes on as speeding up: that is no jerk but that of the step.
+        let curved = bends.map(|bend| bend.filter(|bend| !bend.is_back));
+        self.hold_jerk(chord_ends(tangent, curved), limits);
+        let ends = chord_ends(tangent, bends);
         let piece_sq = greater(self.ends_sq_max[0], self.ends_sq_max[1]);
         let fastest_sq = bends.map(|bend| {
             let Some(bend) = bend else { return 0.0 };

@@ -108,10 +108,9 @@ impl Ramp {
         length_mm: f64,
         ends_mm_s: [f64; 2],
         speed_sq_max: f64,
-        halves_mm_s2: [f64; 2],
+        [up_mm_s2, down_mm_s2]: [f64; 2],
     ) -> Option<Ramp> {
         let [entry_sq, exit_sq] = ends_mm_s.map(|end_mm_s| end_mm_s * end_mm_s);
-        let [up_mm_s2, down_mm_s2] = halves_mm_s2;
         if lesser(up_mm_s2, down_mm_s2) <= 0.0 {
             return None;
         }
@@ -124,7 +123,7 @@ impl Ramp {
         let (end_sq, most_mm_s2) =
             if up_mm_s2 > down_mm_s2 { (entry_sq, up_mm_s2) } else { (exit_sq, down_mm_s2) };
         let is_in_half = peak_sq - end_sq <= most_mm_s2 * length_mm;
-        let ramp = || Ramp::peaking(length_mm, ends_mm_s, peak_sq, halves_mm_s2);
+        let ramp = || Ramp::peaking(length_mm, ends_mm_s, peak_sq, [up_mm_s2, down_mm_s2]);
         (is_peak && is_in_half).then(ramp)
     }
 

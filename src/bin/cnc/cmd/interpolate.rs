@@ -157,8 +157,8 @@ fn warn_of_long_buffer(summary: &Summary, program: &Program) {
     if ticks > u64::from(ticks_max) {
         say!(
             "warning: buffer {number} (up to line {line}) has {ticks} ticks of motion, a node holds {ticks_max}, and \
-             `cnc send` will refuse it: no stops were found that end it sooner. Lower feeds, or greater \
-             accelerations and jerks in the profile, make stops shorter"
+             `cnc send` will refuse it: no stops were found that end it sooner. Lower feeds make stops \
+             shorter, and so do greater accelerations and jerks in the profile, if the machine stands them"
         );
     }
 }
