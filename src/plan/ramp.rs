@@ -319,6 +319,25 @@ mod tests {
     }
 
     proptest! {
+        /// Up with one acceleration and down with another, of which the greater stays in its half.
+        #[test]
+        fn halves_keep_their_accelerations(
+            length_mm in 1e-3..1e2_f64, halves_mm_s2 in [1.0..1e4_f64, 1.0..1e4_f64],
+            ends_mm_s in [0.0..50.0_f64, 0.0..50.0_f64], speed_mm_s in 50.0..500.0_f64,
+        ) {
+            let ramp = Ramp::of_halves(length_mm, ends_mm_s, speed_mm_s.powi(2), halves_mm_s2);
+            prop_assume!(ramp.is_some());
+            let stretches: Vec<Stretch> = ramp.iter().flat_map(|ramp| ramp.stretches(0.0)).collect();
+            let [first, last] = [stretches[0], stretches[stretches.len() - 1]];
+            prop_assert_eq!(first.from.accel_mm_s2, halves_mm_s2[0]);
+            prop_assert_eq!(last.from.accel_mm_s2, -halves_mm_s2[1]);
+            prop_assert!((last.end().at_mm - length_mm).abs() <= 1e-9 * length_mm);
+            prop_assert!((last.end().speed_mm_s - ends_mm_s[1]).abs() <= 1e-6);
+            let is_up_more = halves_mm_s2[0] > halves_mm_s2[1];
+            let way_mm = if is_up_more { first.end().at_mm } else { length_mm - last.from.at_mm };
+            prop_assert!(way_mm <= length_mm * (0.5 + 1e-9), "{} of {}", way_mm, length_mm);
+        }
+
         #[test]
         fn distance_keeps_speed_and_acceleration(
             length_mm in 1e-4..1e3_f64, speed_mm_s in 1e-2..1e3_f64, accel_mm_s2 in 1.0..1e5_f64,
