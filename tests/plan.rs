@@ -310,6 +310,37 @@ fn going_on_takes_less_time_than_stopping() {
     }
 }
 
+/// Two corners as far from each other as the greatest acceleration and braking of Y make in a tick: going on in
+/// between leaves next to no speed. It took 131 years.
+#[test]
+fn nobody_creeps_from_corner_to_corner() {
+    let mut machine = load("router");
+    let way_mm = |machine: &Machine| {
+        let profile = machine.axis(Axis::Y).unwrap();
+        0.25 * profile.accel_max_mm_s2 * machine.bus.tick_s() * machine.bus.tick_s()
+    };
+    for _ in 0..4 {
+        for share in [0.9, 1.0, 1.0 + 1e-12, 1.0 + 1e-6, 1.001, 1.02, 1.1, 1.5] {
+            let up_mm = share * way_mm(&machine);
+            let leg = |by_mm| Leg { by_mm, feed_mm_min: Some(60.0), arc: None };
+            let rapid = Leg { feed_mm_min: None, ..leg([-0.8 * up_mm, up_mm, 0.0]) };
+            let legs = [leg([0.2, 0.1, 0.0]), rapid, leg([-0.3, -0.3, 0.2])];
+            check_going_on(&legs, &machine).unwrap();
+        }
+        machine.axes.iter_mut().for_each(|axis| axis.accel_max_mm_s2 *= 3.0);
+    }
+}
+
+/// What the property found: 7 ticks on the STARMILL without jerk for 5 with stops.
+#[test]
+fn two_steps_take_no_longer_than_with_a_stop() {
+    let legs = grid(0.0121, 60.0, &[(2, -2, true), (0, 1, false)]);
+    for machine in with_and_without_jerk() {
+        let [going_on, stopping] = check_going_on(&legs, &machine).unwrap();
+        assert!(going_on <= stopping + 1, "{going_on} {stopping}: {}", machine.name);
+    }
+}
+
 /// A tiny arc between lines, whose corners a tick would cut. Held so slow that none does, it was crept along at
 /// 0.001 mm/s, or with a stop in each of its pieces.
 #[test]
@@ -333,8 +364,8 @@ fn nobody_creeps_along_a_tiny_arc() {
     }
 }
 
-/// Forty lines that turn back, or less, from one to the next, as fast as can be. With jerk that the bend of a curve would
-/// take where the way turns back, the STARMILL took 510 ticks for one such program, and 453 with stops.
+/// Forty lines that turn back, or less, from one to the next, as fast as can be. With jerk that the bend of a curve
+/// would take where the way turns back, the STARMILL took 510 ticks for one such program, and 453 with stops.
 #[test]
 fn zigzags_take_no_longer_than_with_stops() {
     let big_router = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/machines/big-router.toml");

@@ -442,7 +442,8 @@ impl Piece {
             }
             return Ramp::steady(self.length_mm, ends_mm_s);
         }
-        // Only an estimate asks for a bent piece from rest to rest: none is ever run so.
+        // An estimate asks for bent pieces from rest to rest. None is run so but a chord between stops in corners
+        // that a tick would cut, whose ends would leave it more.
         if ends_mm_s == [0.0; 2] {
             return between(self.accel_max_mm_s2());
         }
