@@ -1,6 +1,7 @@
 //! Programs of all kinds of moves: lines, arcs and helices in all planes, splines, rapids, with exact
 //! corners, stops and blends between them. Every dump is within all limits that `verify` knows.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use cnc::base::{Axis, Machine, Plane, Spline};
@@ -105,6 +106,26 @@ fn legs(way: impl Strategy<Value = ([f64; 3], Way)>) -> impl Strategy<Value = Ve
     proptest::collection::vec(leg, 1..8)
 }
 
+/// There and back along about one direction, by about the path tolerance, at feeds of all orders of
+/// magnitude: what was executed lies beside ways of several feeds at once.
+fn tiny_legs() -> impl Strategy<Value = Vec<Leg>> {
+    let feed = prop_oneof![
+        3 => (0.5..4.1_f64).prop_map(|digits| Some(libm::exp10(digits))),
+        1 => Just(None),
+    ];
+    let leg = (0.004..0.04_f64, -0.3..0.3_f64, any::<bool>(), feed);
+    let legs = proptest::collection::vec(leg, 2..10);
+    (0.0..TAU, legs).prop_map(|(course_rad, legs)| {
+        let leg = |(length_mm, off_rad, is_back, feed_mm_min): (f64, f64, bool, _)| {
+            let (sin, cos) = libm::sincos(course_rad + off_rad);
+            let length_mm = if is_back { -length_mm } else { length_mm };
+            let by_mm = [length_mm * cos, length_mm * sin, 0.0];
+            Leg { by_mm, feed_mm_min, way: Way::Line, corner: Corner::Exact }
+        };
+        legs.into_iter().map(leg).collect()
+    })
+}
+
 /// The legs from the machine's work zero on.
 fn segments(legs: &[Leg], machine: &Machine) -> Vec<Segment> {
     let mut from = machine.work_zero_mm;
@@ -185,6 +206,18 @@ proptest! {
     fn all_kinds_of_moves_keep_every_limit(
         legs in legs(prop_oneof![3 => straight_or_round(), 1 => spline()]),
     ) {
+        for machine in machines() {
+            check(&legs, &machine)?;
+        }
+    }
+}
+
+proptest! {
+    // They are short.
+    #![proptest_config(ProptestConfig::with_cases(50))]
+
+    #[test]
+    fn feeds_of_ways_within_the_tolerance_are_not_taken_for_each_other(legs in tiny_legs()) {
         for machine in machines() {
             check(&legs, &machine)?;
         }

@@ -19,6 +19,16 @@
 //! turn less on a line of few steps. So what is executed is at least the greatest of the three, where each is
 //! allowed two steps in any case.
 //!
+//! Near the border of two feeds the nearest point of the path need not be the one meant: a fast motion may
+//! be taken for the slow line beside it that follows. So the feed of a tick is the greatest of all edges
+//! that it can be walked on within the tolerance (`sweep`), one of which the machine was on.
+//!
+//! ```text
+//!   ────F120────┬────╮     within the tolerance of the turn the walk may be on either way, and F120
+//!   ─────F9─────┴────╯     counts; further off it can be on one of them only
+//!               ├────┤ tolerance
+//! ```
+//!
 //! Where corners may be cut by G64 P a match may run on by as much, and errors of chords around the
 //! corner do not cancel. There the one chord of the window counts.
 
@@ -65,7 +75,8 @@ pub struct Standing {
     pub at: Vector,
     /// Where on the path that is.
     pub along_mm: f64,
-    /// The path's greatest feed on the way there; 0 if there was no way, infinite for a rapid.
+    /// Greatest feed of the path that the way there may have been on; 0 if there was no way, infinite
+    /// for a rapid.
     pub feed_mm_s: f64,
     /// Whether corners may be cut there.
     pub may_be_cut: bool,

@@ -41,6 +41,8 @@ pub struct Sweep<const N: usize> {
     at: Vector,
     /// Line of the furthest path edge that the least living distance has reached.
     front_line: u32,
+    /// Greatest feed of the edges that the executed chord can be walked beside.
+    feed_mm_s: f64,
     /// No distance below this suffices: how near rows that have been passed, and tick points, came
     /// at best, less their slack.
     low_mm: f64,
@@ -71,7 +73,7 @@ pub struct Match {
     pub walk_mm: f64,
     /// NC line of the path there.
     pub line: u32,
-    /// Greatest feed of the path since the match before; infinite on rapids.
+    /// Greatest feed of whatever part of the path the tick may have run on; infinite on rapids.
     pub feed_mm_s: f64,
 }
 
@@ -179,6 +181,7 @@ impl<const N: usize> Sweep<N> {
             from: start,
             at: start,
             front_line: first.line,
+            feed_mm_s: first.feed_mm_s,
             low_mm: 0.0,
             low: Death::default(),
             work: 0,
@@ -214,7 +217,7 @@ impl<const N: usize> Sweep<N> {
         let step = Chord::new(self.at, to);
         let mut below = Reach::EMPTY;
         let (mut least, mut line) = (N, self.front_line);
-        let mut index = 0;
+        let (mut index, mut feed_mm_s) = (0, 0.0_f64);
         loop {
             if index == self.rows.len() {
                 if below.is_empty() {
@@ -231,6 +234,7 @@ impl<const N: usize> Sweep<N> {
                 continue;
             }
             self.work += (N - self.dead) as u64;
+            feed_mm_s = feed_mm_s.max(row.edge.feed_mm_s);
             let beside = row.chord.near(to);
             row.share = beside.share;
             let above = step.near(row.edge.to);
@@ -250,7 +254,7 @@ impl<const N: usize> Sweep<N> {
                 (least, line) = (level, row.edge.line);
             }
         }
-        (self.from, self.at) = (self.at, to);
+        (self.from, self.at, self.feed_mm_s) = (self.at, to, feed_mm_s);
         self.bury(least, tick);
         self.front_line = line;
         Ok(())
@@ -347,36 +351,29 @@ impl<const N: usize> Sweep<N> {
         let (is_back, distance_mm, along_mm, edge) = best?;
         let (line, slack_mm) = (edge.line, edge.slack_mm);
         self.hold(least_mm, Death { tick, line });
-        let (walk_mm, feed_mm_s) = self.passed(past_mm, along_mm);
-        let walk_mm = if is_back { f64::INFINITY } else { walk_mm.max(distance_mm - slack_mm) };
+        let walk_mm = self.passed(past_mm, along_mm).max(distance_mm - slack_mm);
+        let walk_mm = if is_back { f64::INFINITY } else { walk_mm };
+        let feed_mm_s = self.feed_mm_s;
         Some(Match { along_mm, distance_mm, slack_mm, walk_mm, line, feed_mm_s })
     }
 
     /// Between two places along the path: the greatest distance of its corners from the executed
-    /// chord, less their slack, in their order, and the greatest feed. Where corners may be cut by more
-    /// than the ways between them are long, the nearest point need not be the one meant: any within
-    /// reach may be.
-    fn passed(&self, past_mm: f64, along_mm: f64) -> (f64, f64) {
+    /// chord, less their slack, in their order.
+    fn passed(&self, past_mm: f64, along_mm: f64) -> f64 {
         let step = Chord::new(self.from, self.at);
-        let (mut share, mut walk_mm, mut feed_mm_s) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for Row { edge, reach, .. } in &self.rows {
+        let (mut share, mut walk_mm) = (0.0_f64, 0.0_f64);
+        let ends = self.rows.iter().map(|row| &row.edge).filter(|edge| {
             let end_mm = edge.start_mm + edge.length_mm;
-            if edge.start_mm > along_mm || end_mm < past_mm {
-                if edge.slack_mm > 0.0 && !reach.is_empty() {
-                    feed_mm_s = feed_mm_s.max(edge.feed_mm_s);
-                }
-                continue;
-            }
-            feed_mm_s = feed_mm_s.max(edge.feed_mm_s);
-            if end_mm <= along_mm {
-                share = share.max(step.near(edge.to).share.clamp(0.0, 1.0));
-                let off: Vector = std::array::from_fn(|axis| {
-                    edge.to[axis] - step.from[axis] - share * step.way[axis]
-                });
-                walk_mm = walk_mm.max(dot(off, off).sqrt() - edge.end_slack_mm);
-            }
+            past_mm <= end_mm && end_mm <= along_mm
+        });
+        for edge in ends {
+            share = share.max(step.near(edge.to).share.clamp(0.0, 1.0));
+            let off: Vector = std::array::from_fn(|axis| {
+                edge.to[axis] - step.from[axis] - share * step.way[axis]
+            });
+            walk_mm = walk_mm.max(dot(off, off).sqrt() - edge.end_slack_mm);
         }
-        (walk_mm, feed_mm_s)
+        walk_mm
     }
 
     /// The distance of the rest of the path from the last executed point, once that has ended.

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 mod drawing;
 
-use drawing::{Drawing, drawing, steps, xyz};
+use drawing::{Drawing, drawing, steps, there_and_back, xyz};
 
 fn starmill() -> Machine {
     Machine::load("starmill").expect("built in")
@@ -301,13 +301,18 @@ fn constant_feed_reports_accelerations() {
 #[test]
 fn a_retraced_stretch_is_no_excess_of_feed() {
     let machine = starmill();
-    let slow = |drawing: Drawing, way: [f64; 3]| {
-        let to = std::array::from_fn(|axis| drawing.at[axis] + way[axis]);
-        drawing.add(to, Some(0.5), Curve::Line)
-    };
-    let path = slow(slow(Drawing::new(), [0.5, 0.2, 0.0]), [-0.5, -0.2, 0.0]).path;
+    let path = there_and_back([0.5, 0.5]);
     let report = held(&machine, &path, &steps(&machine, &path), false);
     assert_eq!(report.failures, [""; 0]);
+}
+
+/// The feed of the way there is no excuse on the way back, but within the tolerance of the turn.
+#[test]
+fn a_way_back_at_the_feed_of_the_way_there_is_too_fast() {
+    let machine = starmill();
+    let job = steps(&machine, &there_and_back([2.0, 2.0]));
+    let report = held(&machine, &there_and_back([2.0, 1.0]), &job, false);
+    assert!(report.failures.iter().any(|why| why.starts_with("feed")), "{:?}", report.failures);
 }
 
 /// The discrete Fréchet distance of two dense samplings, by its definition.
