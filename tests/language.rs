@@ -112,6 +112,9 @@ fn no_move_may_take_longer_than_ten_days() {
         ("G1 F0.1 X0\nG2 X0 I200\nM30", false),
         ("G1 F0.1 X0\nG2 X0 I200 P2\nM30", true),
         ("G1 F10 X0\nG2 X1 R100000\nM30", false),
+        ("G1 F0.0000002 X0.0001\nM30", false),
+        ("G1 F0.00000002 X0.0001\nM30", true),
+        ("G1 F0.00000002 X0\nM30", false),
     ] {
         let found = check(text.as_bytes(), &ideal());
         let found = found.diagnostics.iter().any(|found| found.rule == "feed-too-low");

@@ -71,6 +71,11 @@ pub struct AxisMap<T>(pub [T; AXES]);
 /// A position: mm in machine coordinates unless said otherwise, degrees on rotary axes.
 pub type Point = AxisMap<f64>;
 
+/// A way of so many millimetres or degrees may be what is left of none by rotation, scaling or a
+/// calculation in the program: a tenth of a nanometre. A feed along it, while other axes go far, would
+/// mean nothing.
+const RESIDUE_MM: f64 = 1e-7;
+
 impl Point {
     /// All axes at zero.
     pub const ZERO: Point = AxisMap([0.0; AXES]);
@@ -79,6 +84,34 @@ impl Point {
     #[inline]
     pub fn xyz(&self) -> [f64; 3] {
         [self.0[0], self.0[1], self.0[2]]
+    }
+
+    /// The straight way to a point that a feed applies to, and its axes: that in X Y Z; of a move in
+    /// other axes alone that in U V W, and else the angle in A B C (as RS-274/NGC has it). What is
+    /// left of no way by rounding leads no other axis: see [`RESIDUE_MM`].
+    #[inline]
+    pub fn feed_way(&self, to: &Point) -> (f64, [Axis; 3]) {
+        let length_mm = self.way_mm(to, Axis::LINEAR);
+        if length_mm > RESIDUE_MM {
+            return (length_mm, Axis::LINEAR);
+        }
+        self.short_feed_way(to)
+    }
+
+    /// The same where X, Y and Z move by next to nothing.
+    #[inline(never)]
+    fn short_feed_way(&self, to: &Point) -> (f64, [Axis; 3]) {
+        let groups = [Axis::LINEAR, [Axis::U, Axis::V, Axis::W], [Axis::A, Axis::B, Axis::C]];
+        let ways = groups.map(|axes| (self.way_mm(to, axes), axes));
+        let longer_than = |least: f64| ways.into_iter().find(|(way_mm, _)| *way_mm > least);
+        longer_than(RESIDUE_MM).or_else(|| longer_than(0.0)).unwrap_or(ways[2])
+    }
+
+    /// Length of the straight way to a point in three axes.
+    #[inline]
+    fn way_mm(&self, to: &Point, axes: [Axis; 3]) -> f64 {
+        let [a, b, c] = axes.map(|axis| to[axis] - self[axis]);
+        (a * a + b * b + c * c).sqrt()
     }
 }
 

@@ -76,7 +76,7 @@ rules! {
     SPINDLE_STOPPED Error "spindle-stopped" "A cycle that needs the spindle turning, where it does not turn, or turns the wrong way.";
     SPINDLE_SYNC Error "spindle-sync" "A thread or a rigid tap on a machine whose axes cannot follow the spindle's turns.";
     NO_INPUTS Error "no-inputs" "Probing or waiting for an input on a machine whose nodes have no inputs.";
-    FEED_TOO_LOW Error "feed-too-low" "A movement would take longer than ten days at its feed.";
+    FEED_TOO_LOW Error "feed-too-low" "A movement would take longer than ten days at its feed, or has next to none.";
     MISSING_AXIS Error "missing-axis" "A word moves an axis that the machine does not have.";
     NOTHING_SAVED Error "nothing-saved" "M72 restores modes that nothing has saved, or that M71 has forgotten.";
     MACHINE_COORDINATES Error "machine-coordinates" "G53 stands in a block without a G0 or G1 movement.";

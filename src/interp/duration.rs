@@ -16,11 +16,11 @@ const DAY_MIN: f64 = 24.0 * 60.0;
 /// which somebody may mean, takes two.
 const MOVE_MIN_MAX: f64 = 10.0 * DAY_MIN;
 
-/// The axes in the order in which a feed applies to them.
-const AXES: [[Axis; 3]; 3] =
-    [Axis::LINEAR, [Axis::U, Axis::V, Axis::W], [Axis::A, Axis::B, Axis::C]];
+/// The least feed, in mm or degrees a minute: a millimetre takes 19 years at it. Slower ones are typing
+/// errors, and ways of a tick at them are lost beside a position's own rounding.
+const FEED_MIN: f64 = 1e-7;
 
-/// What is wrong with a move that takes longer than ten days.
+/// What is wrong with a move that takes longer than ten days, or has next to no feed.
 pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     let feed_min = step.kind.feed_mm_min()?;
     if is_quick(step) {
@@ -29,24 +29,36 @@ pub(super) fn too_slow(step: &Move, block: &Block) -> Option<Fault> {
     let (length, unit) = length_and_unit(step);
     let minutes = length / feed_min;
     // Of a move that goes nowhere it is no number.
-    if minutes <= MOVE_MIN_MAX || length == 0.0 {
+    if length == 0.0 {
         return None;
     }
-    let days = minutes / DAY_MIN;
-    let message = format!("at {feed_min} {unit} a minute this movement takes {days:.1} days");
+    let (message, help) = if minutes > MOVE_MIN_MAX {
+        let days = minutes / DAY_MIN;
+        let least = round_up(length / MOVE_MIN_MAX);
+        (
+            format!("at {feed_min} {unit} a minute this movement takes {days:.1} days"),
+            format!("at {least} {unit} a minute it takes ten days"),
+        )
+    } else if feed_min < FEED_MIN {
+        (
+            format!("at {feed_min} {unit} a minute this movement is as good as none"),
+            format!("the least feed is {FEED_MIN:.7} {unit} a minute"),
+        )
+    } else {
+        return None;
+    };
     let fault = match block.word(b'F') {
         Some(word) => Fault::word(&rules::FEED_TOO_LOW, word, message),
         None => Fault::block(&rules::FEED_TOO_LOW, block, message),
     };
-    let help = format!("at {} {unit} a minute it takes ten days", round_up(length / MOVE_MIN_MAX));
     Some(fault.help(help))
 }
 
-/// Whether a move is sure to take no longer than ten days.
+/// Whether a move is sure to have a feed that is none too slow.
 #[inline]
 pub(super) fn is_quick(step: &Move) -> bool {
     match (step.kind.feed_mm_min(), length_most(step)) {
-        (Some(feed_min), Some(most)) => most <= feed_min * MOVE_MIN_MAX,
+        (Some(feed_min), Some(most)) => feed_min >= FEED_MIN && most <= feed_min * MOVE_MIN_MAX,
         (feed_min, _) => feed_min.is_none(),
     }
 }
@@ -84,17 +96,10 @@ fn length_and_unit(step: &Move) -> (f64, &'static str) {
     }
 }
 
-/// The way in X Y Z; of a move in other axes alone that in U V W, and else in A B C; and its unit.
+/// The way of a line that its feed applies to, and its unit.
 fn line_length(step: &Move) -> (f64, &'static str) {
-    let norm = |axes: [Axis; 3]| {
-        axes.into_iter().map(|axis| (step.to[axis] - step.from[axis]).powi(2)).sum::<f64>().sqrt()
-    };
-    let [linear, parallel, rotary] = AXES;
-    let mut lengths = [linear, parallel].into_iter().map(norm);
-    match lengths.find(|length| *length > 0.0) {
-        Some(length) => (length, "mm"),
-        None => (norm(rotary), "degrees"),
-    }
+    let (length, axes) = step.from.feed_way(&step.to);
+    (length, if axes.contains(&Axis::A) { "degrees" } else { "mm" })
 }
 
 fn arc_length_mm(step: &Move) -> f64 {

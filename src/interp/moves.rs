@@ -278,8 +278,8 @@ impl Executor<'_> {
 
     /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.
     fn turns_only(&self, block: &Block, to: &Point) -> bool {
-        let stays = |axis: Axis| axis.is_rotary() || to[axis] == self.position_mm[axis];
-        block.letters() & ROTARY_LETTERS != 0 && Axis::ALL.into_iter().all(stays)
+        block.letters() & ROTARY_LETTERS != 0
+            && self.position_mm.feed_way(to).1.contains(&Axis::A)
     }
 
     fn arc(

@@ -75,34 +75,15 @@ pub struct Arc {
 }
 
 impl Segment {
-    /// Length of the path: what feed applies to. That is the length in X Y Z; of a move in other
-    /// axes alone the length in U V W, and else the angle in A B C (as RS-274/NGC has it). Where
-    /// an arc's radius changes, the greater radius counts, so that no part of it is run faster
-    /// than its feed.
+    /// Length of the path: what feed applies to; of a line [`Point::feed_way`]. Where an arc's radius
+    /// changes, the greater radius counts, so that no part of it is run faster than its feed.
     #[inline]
     pub fn length_mm(&self) -> f64 {
         match &self.curve {
-            Curve::Line => {
-                let length_mm = self.straight_mm(Axis::LINEAR);
-                if length_mm > 0.0 { length_mm } else { self.length_beside_xyz() }
-            }
+            Curve::Line => self.from_mm.feed_way(&self.to_mm).0,
             Curve::Arc(arc) => self.arc_length_mm(arc),
             Curve::Spline(spline) => spline.length_mm(),
         }
-    }
-
-    /// Length of the straight way between the ends in three axes.
-    #[inline]
-    fn straight_mm(&self, axes: [Axis; 3]) -> f64 {
-        let [a, b, c] = axes.map(|axis| self.to_mm[axis] - self.from_mm[axis]);
-        (a * a + b * b + c * c).sqrt()
-    }
-
-    /// Length of a line that rests in X, Y and Z.
-    #[inline(never)]
-    fn length_beside_xyz(&self) -> f64 {
-        let beside_mm = self.straight_mm([Axis::U, Axis::V, Axis::W]);
-        if beside_mm > 0.0 { beside_mm } else { self.straight_mm([Axis::A, Axis::B, Axis::C]) }
     }
 
     #[inline(never)]
@@ -243,6 +224,20 @@ mod tests {
                 sweep_rad: 4.0 * PI,
             }),
         }
+    }
+
+    #[test]
+    fn a_residue_of_rounding_leads_no_other_axis() {
+        let way = |x: f64, a: f64| {
+            let to_mm = AxisMap([5.0 + x, 0.0, 0.0, a, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let (from_mm, curve) = (xyz(5.0, 0.0, 0.0), Curve::Line);
+            Segment { from_mm, to_mm, curve, ..helix() }.length_mm()
+        };
+        assert_eq!(way(1e-15, 90.0), 90.0);
+        assert_eq!(way(0.001, 90.0), 5.001 - 5.0);
+        // Alone it is a way like any other.
+        assert_eq!(way(1e-9, 0.0), 5.000_000_001 - 5.0);
+        assert_eq!(way(0.0, 0.0), 0.0);
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub struct MotionArgs {
     #[arg(long, value_enum, default_value_t, value_name = "MODE")]
     pub feed: FeedMode,
     /// Scale the feeds of cuts, from 1% to 200%, where the program lets the operator (M48, M49)
-    #[arg(long = "override", value_name = "PERCENT")]
+    #[arg(long = "override", value_name = "PERCENT", allow_hyphen_values = true)]
     pub feed_override: Option<FeedOverride>,
     /// Machine position at which the job starts, in mm [default: the profile's work zero]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
