@@ -278,8 +278,7 @@ impl Executor<'_> {
 
     /// Whether a move turns rotary axes and moves no other: its feed is in degrees a minute.
     fn turns_only(&self, block: &Block, to: &Point) -> bool {
-        block.letters() & ROTARY_LETTERS != 0
-            && self.position_mm.feed_way(to).1.contains(&Axis::A)
+        block.letters() & ROTARY_LETTERS != 0 && self.position_mm.feed_way(to).1.contains(&Axis::A)
     }
 
     fn arc(

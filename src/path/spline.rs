@@ -53,6 +53,9 @@ pub struct Span {
     pub length_mm: f64,
     /// Directions at both ends: dx/ds of X, Y and Z.
     pub tangents: [Vector; 2],
+    /// By how much the size of dx/ds exceeds the even change from one end to the other, at most, as
+    /// far as three places between them tell.
+    pub bulges: Vector,
     /// How the direction changes along it, a mm, at the sharpest of three places: d²x/ds².
     pub bends_per_mm: Vector,
 }
@@ -69,8 +72,17 @@ impl MeasuredSpline {
                     let tangent = tangents(curve, from, to);
                     let tangents = [tangent(from), tangent(to)];
                     let bends_per_mm = bends_per_mm(curve, [from, to], length_mm, &tangents);
-                    let ends =
-                        Span { piece, from, to, start_mm, length_mm, tangents, bends_per_mm };
+                    let bulges = bulges(curve, [from, to], &tangents, tangent);
+                    let ends = Span {
+                        piece,
+                        from,
+                        to,
+                        start_mm,
+                        length_mm,
+                        tangents,
+                        bulges,
+                        bends_per_mm,
+                    };
                     spans.push(ends);
                     start_mm += length_mm;
                 }
@@ -161,6 +173,27 @@ fn tangents(curve: &Bezier, from: f64, to: f64) -> impl Fn(f64) -> Vector {
         };
         if norm > 0.0 { way.map(|part| part / norm) } else { [0.0; 3] }
     }
+}
+
+/// See [`Span::bulges`].
+fn bulges(
+    curve: &Bezier,
+    [from, to]: [f64; 2],
+    ends: &[Vector; 2],
+    tangent: impl Fn(f64) -> Vector,
+) -> Vector {
+    let length_mm = curve.way_mm(from, to);
+    let mut bulges = [0.0_f64; 3];
+    for share in [0.25, 0.5, 0.75] {
+        let u = from + (to - from) * share;
+        let (along, here) = (curve.way_mm(from, u) / length_mm, tangent(u));
+        for i in 0..3 {
+            let even = ends[0][i].abs() + (ends[1][i].abs() - ends[0][i].abs()) * along;
+            // No number where the span has no length.
+            bulges[i] = bulges[i].max(here[i].abs() - even);
+        }
+    }
+    bulges
 }
 
 /// The greatest bend of each axis at three places of a span; what its ends tell, where the curve

@@ -26,6 +26,10 @@ pub const TURN_MAX_RAD: f64 = std::f64::consts::TAU / 288.0;
 /// two axes share the limit, a chord over θ lies above it by θ² of it, which is θ²/2 of the speed.
 pub(super) const INSIDE: f64 = 1.0 + TURN_MAX_RAD * TURN_MAX_RAD / 2.0;
 
+/// An axis's rates c at the ends of a piece that have at least this ratio are taken to change evenly: the square
+/// of its speed's limit, V²/c², lies below the chord by 3/4·(1 - ratio)² of it there at most, which is [`INSIDE`].
+const EVEN_SHARE: f64 = 0.975;
+
 /// Share of `path_tolerance_mm` for the chords that ticks make of curves; the rest is for
 /// corners within a tick.
 const CHORD_SHARE: f64 = 0.5;
@@ -73,6 +77,7 @@ fn chord_ends<'a>(tangent: &'a Point, bends: [Option<&'a Bend>; 2]) -> [RatesRef
 /// How a bent piece is cut.
 struct Cut<'a> {
     segment: &'a Segment,
+    span: &'a Span,
     /// So many parts at least.
     least: f64,
     limits: &'a Limits,
@@ -125,13 +130,14 @@ impl Piece {
             });
             before = Some(rates);
             let mut piece = Piece::bent(segment, shares, span.length_mm, &ends, limits);
+            piece.hold_between(&ends, span, limits);
             if !ramps {
                 piece.without_ramps();
             }
             // In two at least where it is the only one.
             let least = if spans.len() == 1 && ramps { 2.0 } else { 1.0 };
             piece.junction = junction;
-            let cut = Cut { segment, least, limits, ramps };
+            let cut = Cut { segment, span, least, limits, ramps };
             piece.split(&cut, ends, &mut |mut piece| {
                 piece.bounded_by(limit_sq, Bound::Chord);
                 take(piece);
@@ -141,7 +147,7 @@ impl Piece {
 
     /// Gives out a bent piece in equal parts.
     fn split(self, cut: &Cut<'_>, ends: [Rates; 2], take: &mut impl FnMut(Piece)) {
-        let &Cut { segment, least, limits, ramps } = cut;
+        let &Cut { segment, span, least, limits, ramps } = cut;
         let count = self.least_count(limits).max(least).ceil() as u64;
         if count == 1 {
             return take(self);
@@ -156,6 +162,7 @@ impl Piece {
             let part = [k, k + 1].map(|k| ends[0].toward(&ends[1], at(k)));
             let shares = [share(k), share(k + 1)];
             let mut piece = Piece::bent(segment, shares, length_mm, &part, limits);
+            piece.hold_between(&part, span, limits);
             if !ramps {
                 piece.without_ramps();
             }
@@ -271,6 +278,19 @@ impl Piece {
     fn at_feed(feed_mm_s: Option<f64>, shares: [f64; 2], length_mm: f64) -> Piece {
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         Piece { shares, length_mm, ends_sq_max: [feed_mm_s * feed_mm_s; 2], ..Piece::NONE }
+    }
+
+    /// Holds the axes' speeds between its ends on a spline, which is no circle: its direction may change early or
+    /// late. A speed that changes evenly in its square supposes besides that a rate changes little in itself.
+    fn hold_between(&mut self, ends: &[Rates; 2], span: &Span, limits: &Limits) {
+        for (axis, bulge) in Axis::LINEAR.into_iter().zip(span.bulges) {
+            let Some(limit) = limits.axis(axis) else { continue };
+            let rates = ends.each_ref().map(|rates| rates.tangent[axis].abs());
+            let [least, most] = [rates[0].min(rates[1]), rates[0].max(rates[1])];
+            let is_even = least >= EVEN_SHARE * most;
+            let held = if is_even { rates } else { [most; 2] };
+            self.hold_speed(limit, held.map(|rate| (rate + bulge) * INSIDE));
+        }
     }
 
     /// Holds the speed below the axis's greatest.

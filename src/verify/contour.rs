@@ -77,6 +77,7 @@ where
         let mut walker = Walker::new(self.setup);
         let mut timetable = Timetable::new(self.setup.machine, self.setup.with_events);
         let (found, mut edges) = self.follow(bound_mm, bound_mm, |command, edges, is_dead| {
+            walker.ramps.corners_in_blocks = edges.has_inner_corners;
             match command {
                 Command::Tick(tick) => walker.tick(tick),
                 Command::Event(event) => {
@@ -256,7 +257,11 @@ where
                 }
             }
         }
-        let found = matcher.end(&mut edges)?;
+        let mut found = matcher.end(&mut edges)?;
+        if let Ok(Matching { matched: Matched { blended: Some(error), .. }, .. }) = &mut found {
+            // From the chords, which are off an arc by as much.
+            error.distance_mm = (error.distance_mm - sagitta_mm).max(0.0);
+        }
         Ok((found, edges))
     }
 }

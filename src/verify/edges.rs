@@ -78,6 +78,8 @@ pub struct Edges<'a, P: Iterator> {
     start_steps: AxisMap<i64>,
     /// Events that have been passed and not been taken out.
     pub passed: VecDeque<Due>,
+    /// Whether a spline has been read that has corners of its own.
+    pub has_inner_corners: bool,
 }
 
 impl<'a, P, E> Edges<'a, P>
@@ -101,6 +103,7 @@ where
             read_mm: None,
             start_steps: setup.start_steps,
             passed: VecDeque::new(),
+            has_inner_corners: false,
         }
     }
 
@@ -122,6 +125,7 @@ where
             }
             let rest = match &segment.curve {
                 Curve::Spline(spline) => {
+                    self.has_inner_corners |= has_corners(spline.pieces());
                     Rest::Pieces(spline.pieces().iter().rev().copied().collect())
                 }
                 _ => Rest::Chords { count: chords(&segment, self.sagitta_mm), given: 0 },
@@ -239,6 +243,16 @@ impl Cut {
             }
         }
     }
+}
+
+/// Whether the direction changes between two pieces of a spline, by more than 1e-4 rad: that moves no
+/// chord of 20 ticks by a step.
+fn has_corners(pieces: &[Bezier]) -> bool {
+    pieces.windows(2).any(|pair| {
+        let [before, after] = [pair[0].jet(1.0).first, pair[1].jet(0.0).first];
+        let lengths = (dot(before, before) * dot(after, after)).sqrt();
+        dot(before, after) <= (1.0 - 0.5e-8) * lengths
+    })
 }
 
 /// Takes the next piece, halved until it is flat.

@@ -88,7 +88,7 @@ pub struct Walker {
     buffer_ticks_max: Option<u32>,
     /// A motion on an axis that the machine lacks.
     lacked: Option<(Axis, Place)>,
-    ramps: Ramps,
+    pub ramps: Ramps,
 }
 
 impl Walker {

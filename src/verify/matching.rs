@@ -80,7 +80,7 @@ impl Matcher {
         others.reach(sweep.others());
         Matcher {
             executed,
-            feed: Feed::new(setup, standing),
+            feed: Feed::new(setup, start),
             others,
             blocks: Blocks::default(),
             blended: Corners::default(),

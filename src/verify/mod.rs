@@ -188,6 +188,9 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
             .map(|axis| (axis, walk.counts_max[axis]))
             .collect::<BTreeMap<_, _>>(),
         max_feed_error_percent: matched.map(|matched| six_digits(matched.feed.max_percent)),
+        feed_reached_percent: matched
+            .and_then(|matched| matched.feed.reached_percent)
+            .map(six_digits),
         limits,
         failures,
     }

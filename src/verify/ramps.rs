@@ -37,6 +37,8 @@ pub struct Ramps {
     still: usize,
     /// Positions since the last of another block.
     in_block: usize,
+    /// Whether blocks may have corners inside, as splines may: then a step of speed is allowed anywhere.
+    pub corners_in_blocks: bool,
     constant_feed: bool,
 }
 
@@ -89,6 +91,7 @@ impl Ramps {
             moving: 0,
             still: HISTORY,
             in_block: 0,
+            corners_in_blocks: false,
             constant_feed: setup.constant_feed,
         }
     }
@@ -160,6 +163,7 @@ impl Ramps {
             let rests = self.moving <= 2 * half;
             let state = &self.axes[index];
             let may_step = rests
+                || self.corners_in_blocks
                 || self.in_block < 2 * half
                 || state.since_reversal < 2 * half
                 || self.turns(half);

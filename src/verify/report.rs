@@ -40,6 +40,9 @@ pub struct Report {
     pub max_steps_per_tick: BTreeMap<Axis, u32>,
     /// Greatest excess of the mean speed over 20 ticks above the feed, rounding included.
     pub max_feed_error_percent: Option<f64>,
+    /// Time that all cuts would take at their feeds throughout, of the time that they take; none without
+    /// cuts.
+    pub feed_reached_percent: Option<f64>,
     /// Every check with its value and limit.
     pub limits: Vec<Check>,
     /// Why the verdict is fail, a sentence each.

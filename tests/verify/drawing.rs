@@ -132,11 +132,3 @@ pub fn steps(machine: &Machine, path: &[PathItem]) -> Vec<Command> {
     }
     job
 }
-
-/// Half a millimetre there and back, at these feeds in mm/s.
-pub fn there_and_back(feeds_mm_s: [f64; 2]) -> Vec<PathItem> {
-    let leg = |drawing: Drawing, to, feed| drawing.add(to, Some(feed), Curve::Line);
-    let start = Drawing::new();
-    let (from, [there, back]) = (start.at, feeds_mm_s);
-    leg(leg(start, [from[0] + 0.5, from[1] + 0.2, from[2]], there), from, back).path
-}

@@ -9,8 +9,9 @@ use cnc::verify::{Report, Setup, Verdict, distances, verify};
 use proptest::prelude::*;
 
 mod drawing;
+mod feed;
 
-use drawing::{Drawing, drawing, steps, there_and_back, xyz};
+use drawing::{Drawing, drawing, steps, xyz};
 
 fn starmill() -> Machine {
     Machine::load("starmill").expect("built in")
@@ -295,24 +296,6 @@ fn constant_feed_reports_accelerations() {
     let reported = held(&machine, &path, &job, true);
     assert_eq!(reported.verdict, Verdict::Pass);
     assert!(reported.limits.iter().any(|check| check.verdict == Verdict::Reported));
-}
-
-/// A stretch that is run there and back is matched in its order, however slowly.
-#[test]
-fn a_retraced_stretch_is_no_excess_of_feed() {
-    let machine = starmill();
-    let path = there_and_back([0.5, 0.5]);
-    let report = held(&machine, &path, &steps(&machine, &path), false);
-    assert_eq!(report.failures, [""; 0]);
-}
-
-/// The feed of the way there is no excuse on the way back, but within the tolerance of the turn.
-#[test]
-fn a_way_back_at_the_feed_of_the_way_there_is_too_fast() {
-    let machine = starmill();
-    let job = steps(&machine, &there_and_back([2.0, 2.0]));
-    let report = held(&machine, &there_and_back([2.0, 1.0]), &job, false);
-    assert!(report.failures.iter().any(|why| why.starts_with("feed")), "{:?}", report.failures);
 }
 
 /// The discrete Fréchet distance of two dense samplings, by its definition.

@@ -414,6 +414,9 @@ fn print(out: &mut impl Write, report: &Report, global: &Global) -> io::Result<(
     if let Some(percent) = report.max_feed_error_percent {
         writeln!(out, "speed above feed, over 20 ticks: at most {} %", number(percent))?;
     }
+    if let Some(percent) = report.feed_reached_percent {
+        writeln!(out, "cuts reach {} % of their feed on average", number(percent))?;
+    }
     if global.verbose {
         for block in &report.worst_blocks {
             let (line, tick, mm) = (block.line, block.tick, number(block.max_mm));
