@@ -364,6 +364,30 @@ fn nobody_creeps_along_a_tiny_arc() {
     }
 }
 
+/// Where a tick goes further than a corner lets it, on a machine that is strong for its jerk: the speed in the corner is
+/// not held as if all of the acceleration were there at once.
+#[test]
+fn a_higher_feed_takes_no_longer() {
+    let at = |k: u32, axis: fn(f64) -> f64| 5.3 * axis(f64::from(k) / 36.0 * std::f64::consts::TAU);
+    for [accel_mm_s2, jerk_mm_s3] in [[500.0, 2000.0], [1000.0, 5000.0], [2000.0, 2000.0]] {
+        let mut machine = load("starmill");
+        for axis in &mut machine.axes {
+            (axis.accel_max_mm_s2, axis.jerk_max_mm_s3) = (accel_mm_s2, Some(jerk_mm_s3));
+        }
+        let taken = [500.0, 600.0, 660.0, 720.0, 900.0, 1200.0].map(|feed_mm_min| {
+            let chord = |k| {
+                let way_mm = |axis| at(k + 1, axis) - at(k, axis);
+                let by_mm = [way_mm(libm::cos), way_mm(libm::sin), 0.0];
+                Leg { by_mm, feed_mm_min: Some(feed_mm_min), arc: None }
+            };
+            let legs: Vec<Leg> = (0..72).map(chord).collect();
+            check(&legs, &machine, Feed::LookAhead).unwrap();
+            ticks(&segments(&legs, &machine), &machine, Feed::LookAhead)
+        });
+        assert!(taken.is_sorted_by(|slow, fast| *fast <= slow + 1), "{taken:?}");
+    }
+}
+
 /// Forty lines that turn back, or less, from one to the next, as fast as can be. With jerk that the bend of a curve
 /// would take where the way turns back, the STARMILL took 510 ticks for one such program, and 453 with stops.
 #[test]

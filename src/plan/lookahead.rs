@@ -366,10 +366,18 @@ impl LookAhead {
     /// these corners take less time than going on so slowly the machine stops.
     fn hold_window(&mut self, first: usize, last: usize, way_mm: f64) {
         let around = first.saturating_sub(1)..=last;
-        let accel = |i: usize| self.queue[i].item.piece().map_or(0.0, Piece::accel_max_mm_s2);
-        let accel_mm_s2 = around.map(accel).fold(0.0, f64::max);
-        // Half a tick of braking before and of speeding up after the window's middle.
-        let gain_mm = 0.25 * accel_mm_s2 * self.tick_s * self.tick_s;
+        let pieces = around.filter_map(|i| self.queue[i].item.piece());
+        let (mut accel_mm_s2, mut jerk_mm_s3) = (0.0, 0.0);
+        for piece in pieces {
+            accel_mm_s2 = greater(accel_mm_s2, piece.accel_max_mm_s2());
+            jerk_mm_s3 = greater(jerk_mm_s3, piece.jerk.along_mm_s3());
+        }
+        // Half a tick of braking before and of speeding up after the window's middle. What a limit on jerk leaves of
+        // that is j·T³/24; twice that, for accelerations that step.
+        let mut gain_mm = 0.25 * accel_mm_s2 * self.tick_s * self.tick_s;
+        if self.smoother.is_some() {
+            gain_mm = lesser(gain_mm, jerk_mm_s3 * self.tick_s.powi(3) / 12.0);
+        }
         let slow_mm_s = (way_mm - gain_mm).max(0.0) / self.tick_s;
         let (inside_mm, stops_s) = self.stopping(first..last);
         let speed_mm_s = if slow_mm_s * stops_s < inside_mm { 0.0 } else { slow_mm_s };
