@@ -27,8 +27,8 @@ fn corner() -> impl Strategy<Value = Corner> {
     prop_oneof![
         1 => Just(Corner::Exact),
         1 => Just(Corner::Stop),
-        2 => Just(Corner::Blend { tolerance_mm: None }),
-        8 => tolerance.prop_map(|mm| Corner::Blend { tolerance_mm: Some(mm) }),
+        2 => Just(Corner::Blend { tolerance_mm: None, feed_scale: 1.0 }),
+        8 => tolerance.prop_map(|mm| Corner::Blend { tolerance_mm: Some(mm), feed_scale: 1.0 }),
     ]
 }
 
@@ -107,7 +107,7 @@ proptest! {
 
 /// A right angle, 20 mm on either side.
 fn right_angle(tolerance_mm: Option<f64>, feed_mm_min: f64) -> [Leg; 2] {
-    let corner = Corner::Blend { tolerance_mm };
+    let corner = Corner::Blend { tolerance_mm, feed_scale: 1.0 };
     let feed_mm_min = Some(feed_mm_min);
     [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0]].map(|by_mm| Leg { by_mm, feed_mm_min, arc: None, corner })
 }

@@ -95,6 +95,25 @@ fn an_override_changes_time_and_nothing_else() {
     }
 }
 
+/// Corners that G64 P lets be cut are cut by the same curves, whatever the operator makes of the feed.
+#[test]
+fn an_override_changes_no_curve() {
+    let folder = tempfile::tempdir().unwrap();
+    let [part, dump] = ["blends.nc", "blends.csv"].map(|name| folder.path().join(name));
+    let [part, dump] = [&part, &dump].map(|path| path.to_str().unwrap());
+    fs::write(part, "G21 G90 F600 G64 P1\nG1 X10\nG1 Y10\nM49 G1 X0\nM48 G1 Y0\nM30\n").unwrap();
+    let cut_mm = ["10%", "50%", "100%", "200%"].map(|percent| {
+        good(&["interpolate", part, "--csv", "-o", dump, "--override", percent]);
+        let report = json(&["verify", part, dump]);
+        let checks = report["limits"].as_array().unwrap();
+        let corners = checks.iter().find(|check| check["check"] == "corners under G64 P").unwrap();
+        number(corners, "value")
+    });
+    // A tick's chord and rounding differ.
+    let spread_mm = cut_mm.iter().fold(0.0, |most: f64, mm| most.max((mm - cut_mm[2]).abs()));
+    assert!(cut_mm[2] > 0.2 && spread_mm < 0.015, "{cut_mm:?}");
+}
+
 #[test]
 fn an_override_scales_each_feed_that_the_program_lets_it() {
     let folder = tempfile::tempdir().unwrap();

@@ -52,8 +52,8 @@ fn corner() -> impl Strategy<Value = Corner> {
     prop_oneof![
         3 => Just(Corner::Exact),
         1 => Just(Corner::Stop),
-        1 => Just(Corner::Blend { tolerance_mm: None }),
-        5 => tolerance.prop_map(|mm| Corner::Blend { tolerance_mm: Some(mm) }),
+        1 => Just(Corner::Blend { tolerance_mm: None, feed_scale: 1.0 }),
+        5 => tolerance.prop_map(|mm| Corner::Blend { tolerance_mm: Some(mm), feed_scale: 1.0 }),
     ]
 }
 

@@ -497,7 +497,7 @@ impl<'a> Executor<'a> {
             }
         }
         let tolerance_mm = block.word(b'P').map(|word| word.value * self.mm_per_unit);
-        self.corner = Corner::Blend { tolerance_mm };
+        self.corner = Corner::Blend { tolerance_mm, feed_scale: 1.0 };
     }
 
     /// The time that a word means: FANUC counts milliseconds in P, unless it has a point.

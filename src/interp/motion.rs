@@ -60,6 +60,8 @@ pub enum Corner {
     Blend {
         /// By so much at most; none: by what the machine's tolerance allows.
         tolerance_mm: Option<f64>,
+        /// The operator's multiple of the feed, which the move's speed has. The way does not follow it.
+        feed_scale: f64,
     },
 }
 

@@ -148,7 +148,7 @@ impl Executor<'_> {
     ) {
         let is_line = matches!(kind, MoveKind::Line { .. });
         let turns_only = is_line && self.turns_only(block, to);
-        let corner = corner.unwrap_or(self.corner);
+        let corner = corner.unwrap_or_else(|| self.corner_here());
         let (n, from) = (line_number(block), self.position_mm);
         let step = Move { line: out.line, n, from, to: *to, kind, corner, bound: Bound::Free };
         self.position_mm = *to;
@@ -161,10 +161,21 @@ impl Executor<'_> {
         }
     }
 
+    /// What may become of the corner at the end of a move here.
+    #[inline]
+    pub(super) fn corner_here(&self) -> Corner {
+        match self.corner {
+            Corner::Blend { tolerance_mm, .. } => {
+                Corner::Blend { tolerance_mm, feed_scale: self.feed_scale() }
+            }
+            corner => corner,
+        }
+    }
+
     /// A move from where the machine stands, without the feed in force.
     pub(super) fn step(&mut self, block: &Block, to: &Point, kind: MoveKind, line: u32) -> Move {
         let from = std::mem::replace(&mut self.position_mm, *to);
-        let (n, corner) = (line_number(block), self.corner);
+        let (n, corner) = (line_number(block), self.corner_here());
         Move { line, n, from, to: *to, kind, corner, bound: Bound::Free }
     }
 

@@ -167,7 +167,7 @@ impl Executor<'_> {
             from: self.position_mm,
             to: self.position_mm,
             kind,
-            corner: self.corner,
+            corner: self.corner_here(),
             bound: Bound::Free,
         }));
         let mut named = AxisSet::EMPTY;

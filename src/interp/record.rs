@@ -235,7 +235,7 @@ mod tests {
         let corner = prop_oneof![
             8 => Just(Corner::Exact),
             1 => Just(Corner::Stop),
-            1 => Just(Corner::Blend { tolerance_mm: Some(0.01) }),
+            1 => Just(Corner::Blend { tolerance_mm: Some(0.01), feed_scale: 1.0 }),
         ];
         let bound = prop_oneof![8 => Just(Bound::Free), 1 => Just(Bound::Spindle)];
         let n = prop_oneof![Just(None), Just(Some(0)), any::<u32>().prop_map(Some)];

@@ -248,10 +248,13 @@ struct Side {
 impl<'a> Turn<'a> {
     /// None where the corner needs no slowing, or is no corner but a turn back.
     fn new(before: &'a Segment, after: &'a Segment, limits: &Limits) -> Option<Turn<'a>> {
-        let Corner::Blend { tolerance_mm } = before.corner else { return None };
+        let Corner::Blend { tolerance_mm, .. } = before.corner else { return None };
         let rates = [before.rates_at(1.0), after.rates_at(0.0)];
         let sides = [side(before, &rates[0], limits), side(after, &rates[1], limits)];
-        let [end, last] = [before, after].map(|segment| End::last(segment, segment.length_mm()));
+        let [end, last] = [before, after].map(|segment| {
+            let end = End::last(segment, segment.length_mm());
+            End { feed_mm_s: programmed_mm_s(segment), ..end }
+        });
         let is_line = matches!(after.curve, Curve::Line);
         let start = if is_line { &last.tangent } else { &rates[1].tangent };
         let mut joint = Joint::REST;
@@ -414,8 +417,18 @@ impl<'a> Turn<'a> {
     }
 }
 
+/// The feed of a segment before the operator's override, which changes no way: so the curves are those of the
+/// program's feeds.
+fn programmed_mm_s(segment: &Segment) -> f64 {
+    let scale = match segment.corner {
+        Corner::Blend { feed_scale, .. } => feed_scale,
+        Corner::Exact | Corner::Stop => 1.0,
+    };
+    segment.feed_mm_s.map_or(f64::INFINITY, |feed_mm_s| feed_mm_s / scale)
+}
+
 fn side(segment: &Segment, rates: &Rates, limits: &Limits) -> Side {
-    let mut speed_sq = segment.feed_mm_s.unwrap_or(f64::INFINITY).powi(2);
+    let mut speed_sq = programmed_mm_s(segment).powi(2);
     let mut accel_mm_s2 = f64::INFINITY;
     for limit in &limits.axes {
         let (rate, bend) = (rates.tangent[limit.axis], rates.bend_per_mm[limit.axis]);

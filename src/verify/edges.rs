@@ -155,7 +155,7 @@ where
     /// By how much more than the path tolerance the corner at the end of a segment may be cut.
     fn slack_mm(&self, segment: &Segment) -> f64 {
         match segment.corner {
-            Corner::Blend { tolerance_mm: Some(mm) } if segment.feed_mm_s.is_some() => {
+            Corner::Blend { tolerance_mm: Some(mm), .. } if segment.feed_mm_s.is_some() => {
                 (mm - self.machine.path_tolerance_mm).max(0.0)
             }
             Corner::Blend { .. } | Corner::Exact | Corner::Stop => 0.0,
