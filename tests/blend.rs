@@ -105,6 +105,24 @@ proptest! {
     }
 }
 
+/// Flat corners of short ways, where jerk lets no curve be fast: they took 15 and 10 % longer with curves.
+#[test]
+fn corners_of_short_ways_are_no_slower_under_g64() {
+    let leg = |[x, y]: [f64; 2], feed, mm| {
+        let corner = Corner::Blend { tolerance_mm: Some(mm), feed_scale: 1.0 };
+        Leg { by_mm: [x, y, 0.0], feed_mm_min: Some(feed), arc: None, corner }
+    };
+    let starmill = [[0.491, -0.514], [0.101, 0.095], [-0.132, 0.173], [-0.568, 0.617]]
+        .map(|by_mm| leg(by_mm, 1200.0, 0.5));
+    let mut router = [[-0.369, -0.195], [-0.0975, -0.0273], [-0.0835, 0.0233], [-0.296, 0.031]]
+        .map(|by_mm| leg(by_mm, 12_702.0, 0.1));
+    router[1].arc = Some((4.619, false));
+    for (name, legs) in [("starmill", starmill), ("router", router)] {
+        let [blended, exact] = check(&legs, &load(name)).unwrap();
+        assert!(blended <= exact + 1, "{name}: {blended} ticks, exact {exact}");
+    }
+}
+
 /// A right angle, 20 mm on either side.
 fn right_angle(tolerance_mm: Option<f64>, feed_mm_min: f64) -> [Leg; 2] {
     let corner = Corner::Blend { tolerance_mm, feed_scale: 1.0 };

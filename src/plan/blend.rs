@@ -15,8 +15,8 @@
 //! The curve is the cubic with these ends (Hermite's). Between lines it is a parabola, which a
 //! machine follows with one constant acceleration on each axis: in the time T = v·|t₂ - t₁| / A that
 //! the axes need at least for this change of speed, over d = v·T/2. So v² = 2·d·A/|t₂ - t₁|, by the
-//! axis that has least; where jerk is limited, by what turning may take of that, too. No more is cut than the feed needs, never more than half of either way, and
-//! nothing where the corner as it is takes no more time.
+//! axis that has least; where jerk is limited, by what turning may take of that, too. No more is cut than the
+//! feed needs, never more than half of either way, and nothing where the corner as it is takes no more time.
 //!
 //! The curve is given in two halves, each with the line and the feed of its block. Only corners between
 //! two blocks under G64 are cut; rapids, splines and ways that move other axes than X, Y and Z keep
@@ -243,6 +243,23 @@ struct Side {
     speed_mm_s: f64,
     /// Along the path.
     accel_mm_s2: f64,
+    /// The same of jerk; infinite without a limit.
+    jerk_mm_s3: f64,
+}
+
+impl Side {
+    /// What slowing down to a speed, or speeding up from it, takes longer than its way at full speed: half of the
+    /// share of speed lost on average, for as long as that takes, Δv/a + a/j or 2·√(Δv/j).
+    fn lost_s(&self, low_mm_s: f64) -> f64 {
+        let change_mm_s = self.speed_mm_s - low_mm_s;
+        let grown_mm_s = self.accel_mm_s2 * self.accel_mm_s2 / self.jerk_mm_s3;
+        let time_s = if change_mm_s < grown_mm_s {
+            2.0 * (change_mm_s / self.jerk_mm_s3).sqrt()
+        } else {
+            change_mm_s / self.accel_mm_s2 + self.accel_mm_s2 / self.jerk_mm_s3
+        };
+        0.5 * time_s * change_mm_s / self.speed_mm_s
+    }
 }
 
 impl<'a> Turn<'a> {
@@ -266,9 +283,14 @@ impl<'a> Turn<'a> {
         if corner_mm_s >= sides[0].speed_mm_s.min(sides[1].speed_mm_s) {
             return None;
         }
+        let lengths_mm = [before.length_mm(), after.length_mm()];
+        // The acceleration hardly grows in a curve on a way that is over sooner than that takes.
+        let grown_s = sides.map(|side| side.accel_mm_s2 / side.jerk_mm_s3);
+        if (0..2).any(|i| lengths_mm[i] < corner_mm_s * grown_s[i]) {
+            return None;
+        }
         let own_mm = limits.path_tolerance_mm;
         let off_mm = tolerance_mm.unwrap_or(own_mm);
-        let lengths_mm = [before.length_mm(), after.length_mm()];
         let changes = AxisMap::from_fn(|axis| rates[1].tangent[axis] - rates[0].tangent[axis]);
         let change = Axis::LINEAR.map(|axis| changes[axis].powi(2)).iter().sum::<f64>().sqrt();
         if change > CHANGE_MAX {
@@ -352,15 +374,12 @@ impl<'a> Turn<'a> {
     }
 
     /// Whether a curve with this reach and bend loses less time than the corner as it is. Against running on
-    /// at the speed V, braking to v before it costs (V - v)²/(2·a·V), and a way d at v
-    /// d·(1/v - 1/V). What holds for the greatest V holds for every lower one.
+    /// at the speed V, braking to v before it costs [`Side::lost_s`], and a way d at v d·(1/v - 1/V).
     fn is_worth(&self, reach_mm: f64, bend_per_mm: f64) -> bool {
         let least_mm_s = self.sides[0].speed_mm_s.min(self.sides[1].speed_mm_s);
         let curve_mm_s = self.speed_mm_s(reach_mm, bend_per_mm).min(least_mm_s);
         let lost_s = |side: Side, low_mm_s: f64, way_mm: f64| {
-            let (speed_mm_s, accel_mm_s2) = (side.speed_mm_s, side.accel_mm_s2);
-            (speed_mm_s - low_mm_s).powi(2) / (2.0 * accel_mm_s2 * speed_mm_s)
-                + way_mm * (PIECES_TAKE / low_mm_s - 1.0 / speed_mm_s)
+            side.lost_s(low_mm_s) + way_mm * (PIECES_TAKE / low_mm_s - 1.0 / side.speed_mm_s)
         };
         let sum_s = |low_mm_s, way_mm| {
             self.sides.iter().map(|side| lost_s(*side, low_mm_s, way_mm)).sum::<f64>()
@@ -429,14 +448,16 @@ fn programmed_mm_s(segment: &Segment) -> f64 {
 
 fn side(segment: &Segment, rates: &Rates, limits: &Limits) -> Side {
     let mut speed_sq = programmed_mm_s(segment).powi(2);
-    let mut accel_mm_s2 = f64::INFINITY;
+    let (mut accel_mm_s2, mut jerk_mm_s3) = (f64::INFINITY, f64::INFINITY);
     for limit in &limits.axes {
         let (rate, bend) = (rates.tangent[limit.axis], rates.bend_per_mm[limit.axis]);
         speed_sq = speed_sq.min((limit.speed_max_mm_s / rate).powi(2));
         speed_sq = speed_sq.min(limit.accel_max_mm_s2 / bend.abs());
         accel_mm_s2 = accel_mm_s2.min(limit.accel_max_mm_s2 / rate.abs());
+        let jerks = limit.jerk_max_mm_s3.filter(|_| rate != 0.0);
+        jerk_mm_s3 = jerks.map_or(jerk_mm_s3, |most| jerk_mm_s3.min(most / rate.abs()));
     }
-    Side { speed_mm_s: speed_sq.sqrt(), accel_mm_s2 }
+    Side { speed_mm_s: speed_sq.sqrt(), accel_mm_s2, jerk_mm_s3 }
 }
 
 /// How the path bends, a mm.
