@@ -493,7 +493,8 @@ impl<'a> Executor<'a> {
         for word in [b'P', b'Q'].into_iter().filter_map(|letter| block.word(letter)) {
             if word.value < 0.0 {
                 let message = "a tolerance cannot be negative";
-                faults.push(Fault::word(&rules::BAD_VALUE, word, message));
+                let fault = Fault::word(&rules::BAD_VALUE, word, message);
+                faults.push(fault.help("write how far corners may be cut: 0 keeps them"));
             }
         }
         let tolerance_mm = block.word(b'P').map(|word| word.value * self.mm_per_unit);

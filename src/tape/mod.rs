@@ -71,7 +71,9 @@ pub enum TapeError {
         reason: String,
     },
     /// The last line is missing.
-    #[error("the dump is truncated: it ends after line {line} without its last line '# end: …'")]
+    #[error(
+        "the dump is truncated: it ends after line {line} without its last line '# end: …'; copy all of it, or make it anew"
+    )]
     Truncated {
         /// Last line that is there, from 1.
         line: u64,

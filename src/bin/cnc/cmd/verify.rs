@@ -340,7 +340,10 @@ fn check_figures(header: &Header, due: &Header, machine: &str) -> anyhow::Result
     }
     if header.tick_us != due.tick_us {
         let (found, due) = (header.tick_us, due.tick_us);
-        bail!("the dump has ticks of {found} us, machine '{machine}' has {due} us");
+        bail!(
+            "the dump has ticks of {found} us, machine '{machine}' has {due} us; \
+             take the machine that it was made for (--machine)"
+        );
     }
     Ok(())
 }
@@ -373,7 +376,10 @@ fn motion(header: &Header, machine: &Machine, args: &Args) -> anyhow::Result<Mot
             motion.language.dialect = DialectArg(dialect);
         } else if !is(option, "encoder", "thesis") {
             let (name, value) = option;
-            bail!("the dump was made with option {name}={value}, which is not known here");
+            bail!(
+                "the dump was made with option {name}={value}, which is not known here; \
+                 make it anew with `cnc interpolate --csv`"
+            );
         }
     }
     Ok(motion)
