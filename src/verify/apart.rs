@@ -211,6 +211,7 @@ where
             start_mm,
             length_mm,
             others: [Others::default(); 2],
+            others_feeds: [0.0; 2],
             slack_mm: 0.0,
             end_slack_mm: 0.0,
         }))

@@ -38,6 +38,9 @@ pub struct Edge {
     pub length_mm: f64,
     /// Where the other axes are at both ends.
     pub others: [Others; 2],
+    /// Feeds of A B C, and of U V W: its own where it is along these; 0 where they rest, and infinite where
+    /// others lead them.
+    pub others_feeds: [f64; 2],
     /// How much further off than elsewhere it may be passed, and its end: where G64 P lets a corner
     /// be cut by more than the machine's path tolerance.
     pub slack_mm: f64,
@@ -134,6 +137,10 @@ where
         }
         let Some(mut cut) = self.current.take() else { return Ok(None) };
         let (line, feed) = (cut.segment.line, cut.segment.feed_mm_s.unwrap_or(f64::INFINITY));
+        let leading = match cut.segment.curve {
+            Curve::Line => cut.segment.from_mm.feed_way(&cut.segment.to_mm).1,
+            Curve::Arc(_) | Curve::Spline(_) => Axis::LINEAR,
+        };
         let (to, is_last) = cut.next(self.sagitta_mm);
         let end_slack_mm = self.slack_mm(&cut.segment);
         let start_slack_mm = match cut.segment.corner {
@@ -149,7 +156,9 @@ where
             self.current = Some(cut);
         }
         let to = (vector(&to, &self.linear), others(&to));
-        Ok(Some(self.edge_to(to, line, feed, slacks_mm)))
+        let mut edge = self.edge_to(to, line, feed, slacks_mm);
+        edge.others_feeds = others_feeds(edge.others, leading, feed);
+        Ok(Some(edge))
     }
 
     /// By how much more than the path tolerance the corner at the end of a segment may be cut.
@@ -217,13 +226,38 @@ where
         self.at = to;
         self.length_mm += length_mm;
         let others = [std::mem::replace(&mut self.others, others), others];
-        Edge { from, to, line, feed_mm_s, start_mm, length_mm, others, slack_mm, end_slack_mm }
+        Edge {
+            from,
+            to,
+            line,
+            feed_mm_s,
+            start_mm,
+            length_mm,
+            others,
+            others_feeds: [0.0; 2],
+            slack_mm,
+            end_slack_mm,
+        }
     }
 }
 
 /// A, B, C, U, V and W of a point.
 fn others(point: &Point) -> Others {
     OTHER_AXES.map(|axis| point[axis])
+}
+
+/// See [`Edge::others_feeds`], of an edge along these axes.
+fn others_feeds([from, to]: [Others; 2], leading: [Axis; 3], feed: f64) -> [f64; 2] {
+    [0, 3].map(|first| {
+        let range = first..first + 3;
+        if from[range.clone()] == to[range] {
+            0.0
+        } else if leading[0] == OTHER_AXES[first] {
+            feed
+        } else {
+            f64::INFINITY
+        }
+    })
 }
 
 impl Cut {

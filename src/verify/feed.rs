@@ -122,10 +122,10 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Begins at rest, where the machine has been for the time of a window.
-    pub fn new(setup: &Setup, at: Vector) -> Feed {
+    /// Of the way of these axes. Begins at rest, where the machine has been for the time of a window.
+    pub fn new(setup: &Setup, axes: [Axis; 3], at: Vector) -> Feed {
         let step_mm = |axis| setup.machine.axis(axis).map_or(0.0, |axis| 1.0 / axis.steps_per_mm);
-        let steps_mm = Axis::LINEAR.map(step_mm);
+        let steps_mm = axes.map(step_mm);
         let step_mm = steps_mm.into_iter().fold(0.0, f64::max);
         let standing = Standing { at, along_mm: 0.0, feed_mm_s: 0.0, may_be_cut: false };
         let start = Moment { standing, needed_s: 0.0, slowness_s_mm: 0.0 };
@@ -270,7 +270,7 @@ mod tests {
             let (at, along_mm) = standing(tick);
             Standing { at, along_mm, feed_mm_s: 5.0, may_be_cut: false }
         };
-        let mut feed = Feed::new(&setup, standing(0).at);
+        let mut feed = Feed::new(&setup, Axis::LINEAR, standing(0).at);
         (1..60).for_each(|tick| feed.tick(standing(tick), Place::default()));
         feed.end().worst.unwrap()
     }

@@ -4,11 +4,11 @@
 use super::edges::Edges;
 use super::executed::Executed;
 use super::feed::{Feed, FeedError, Standing};
-use super::others::OtherAxes;
+use super::others::{OtherAxes, OthersFeed};
 use super::report::{BlockError, Check, Place};
 use super::sweep::{Death, Match, Sweep};
 use super::{Cause, Setup, VerifyError};
-use crate::base::Tick;
+use crate::base::{Axis, Tick};
 use crate::path::PathItem;
 
 /// How many blocks are named.
@@ -58,6 +58,9 @@ pub struct Matcher {
     sweep: Sweep<1>,
     feed: Feed,
     others: OtherAxes,
+    others_feeds: [OthersFeed; 2],
+    /// Whether all edges in reach of where X, Y and Z stand have been read.
+    is_read: bool,
     blocks: Blocks,
     blended: Corners,
     standing: Standing,
@@ -76,12 +79,15 @@ impl Matcher {
         let standing =
             Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s, may_be_cut: false };
         let sweep = Sweep::new([distance_mm], start, first);
+        let others_feeds = OthersFeed::both(setup, &executed.others_steps());
         let mut others = OtherAxes::new(setup.machine);
         others.reach(sweep.others());
         Matcher {
             executed,
-            feed: Feed::new(setup, start),
+            feed: Feed::new(setup, Axis::LINEAR, start),
             others,
+            others_feeds,
+            is_read: false,
             blocks: Blocks::default(),
             blended: Corners::default(),
             standing,
@@ -143,12 +149,17 @@ impl Matcher {
                 self.others.reach(self.sweep.others());
             }
             let steps = self.executed.others_steps();
-            if !point.moved && !self.others.allow(&steps) {
+            let is_there = self.is_read && self.others.allow(&steps);
+            if !point.moved && !is_there {
                 // X, Y and Z rest: the path may have run on where it moves other axes alone.
                 self.sweep.advance(point.tick, point.at, || edges.next())?;
                 self.others.reach(self.sweep.others());
             }
+            self.is_read = true;
             self.others.take(&steps, place);
+            for (others, feed) in self.others_feeds.iter_mut().zip(self.sweep.others_feeds()) {
+                others.tick(&steps, feed, place);
+            }
         }
         Ok(())
     }
@@ -178,7 +189,10 @@ impl Matcher {
             rms_mm: self.blocks.rms_mm(),
             worst_blocks: self.blocks.worst(),
             feed: self.feed.end(),
-            others: self.others.checks(),
+            others: {
+                let feeds = self.others_feeds.into_iter().filter_map(OthersFeed::check);
+                self.others.checks().into_iter().chain(feeds).collect()
+            },
             blended: self.blended.worst,
         };
         Ok(Ok(Matching { matched, low_mm, low_at, high_mm: self.high_mm.max(rest_mm) }))

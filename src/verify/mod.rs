@@ -152,7 +152,7 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
     let feed = contour.matched.as_ref().and_then(|matched| matched.feed.worst);
     let blended = contour.matched.as_ref().and_then(|matched| matched.blended);
     limits.extend(blended.map(|error| blend_check(bound_mm, &error)));
-    limits.extend(feed.map(|window| feed_check(&window)));
+    limits.extend(feed.map(|window| feed_check(&window, "mm/s")));
     limits.extend(contour.matched.iter().flat_map(|matched| matched.others.iter().cloned()));
     limits.extend(walk.checks);
     for check in &mut limits {
@@ -211,7 +211,7 @@ fn blend_check(bound_mm: f64, error: &BlendError) -> Check {
     Check { unit: "mm", at: Some(error.at), ..check }
 }
 
-fn feed_check(window: &FeedWindow) -> Check {
+fn feed_check(window: &FeedWindow, unit: &'static str) -> Check {
     let check = Check::new("feed", None, window.speed_mm_s, window.allowed_mm_s);
-    Check { unit: "mm/s", at: Some(window.at), ..check }
+    Check { unit, at: Some(window.at), ..check }
 }

@@ -5,8 +5,10 @@
 //! contour error leaves it open. An axis has to be where the path has it somewhere in that part,
 //! which is long where X, Y and Z rest: there the axis may be anywhere between its ends.
 
+use super::edges::{Vector, difference, dot};
+use super::feed::{Feed, Standing};
 use super::report::{Check, Place};
-use super::{OTHER_AXES, Others};
+use super::{OTHER_AXES, Others, Setup, feed_check};
 use crate::base::{Axis, Machine};
 
 /// What an axis may be off its path by: what rounding makes.
@@ -79,6 +81,50 @@ impl OtherAxes {
             Check { unit: "steps", at: axis.at, ..check }
         };
         moved.map(check).collect()
+    }
+}
+
+/// The speed of A B C, or of U V W, against the feed of motions that move none before them.
+#[derive(Debug)]
+pub struct OthersFeed {
+    feed: Feed,
+    /// The first of the axes among all others.
+    first: usize,
+    /// How far a step is on each.
+    steps: Vector,
+    at: Vector,
+    /// The way so far, which is what was executed: the path has no other.
+    along: f64,
+}
+
+impl OthersFeed {
+    /// Of A B C and of U V W, at rest at these positions, in steps.
+    pub fn both(setup: &Setup, steps: &Others) -> [OthersFeed; 2] {
+        [0, 3].map(|first| {
+            let axes = [0, 1, 2].map(|i| OTHER_AXES[first + i]);
+            let step = |axis| setup.machine.axis(axis).map_or(0.0, |axis| 1.0 / axis.steps_per_mm);
+            let step_sizes = axes.map(step);
+            let at = [0, 1, 2].map(|i| steps[first + i] * step_sizes[i]);
+            let feed = Feed::new(setup, axes, at);
+            OthersFeed { feed, first, steps: step_sizes, at, along: 0.0 }
+        })
+    }
+
+    /// They are at these positions after a tick, on motions with this feed at most.
+    pub fn tick(&mut self, steps: &Others, feed: f64, place: Place) {
+        let at = [0, 1, 2].map(|i| steps[self.first + i] * self.steps[i]);
+        let way = difference(at, std::mem::replace(&mut self.at, at));
+        let length = dot(way, way).sqrt();
+        self.along += length;
+        let feed_mm_s = if length > 0.0 { feed } else { 0.0 };
+        let standing = Standing { at, along_mm: self.along, feed_mm_s, may_be_cut: false };
+        self.feed.tick(standing, place);
+    }
+
+    /// What was found, if there was anything to hold.
+    pub fn check(self) -> Option<Check> {
+        let unit = if OTHER_AXES[self.first].is_rotary() { "degrees/s" } else { "mm/s" };
+        Some(feed_check(&self.feed.end().worst?, unit))
     }
 }
 

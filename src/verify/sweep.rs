@@ -41,8 +41,9 @@ pub struct Sweep<const N: usize> {
     at: Vector,
     /// Line of the furthest path edge that the least living distance has reached.
     front_line: u32,
-    /// Greatest feed of the edges that the executed chord can be walked beside.
+    /// Greatest feed of the edges that the executed chord can be walked beside, and of the other axes.
     feed_mm_s: f64,
+    others_feeds: [f64; 2],
     /// No distance below this suffices: how near rows that have been passed, and tick points, came
     /// at best, less their slack.
     low_mm: f64,
@@ -182,6 +183,7 @@ impl<const N: usize> Sweep<N> {
             at: start,
             front_line: first.line,
             feed_mm_s: first.feed_mm_s,
+            others_feeds: first.others_feeds,
             low_mm: 0.0,
             low: Death::default(),
             work: 0,
@@ -217,7 +219,7 @@ impl<const N: usize> Sweep<N> {
         let step = Chord::new(self.at, to);
         let mut below = Reach::EMPTY;
         let (mut least, mut line) = (N, self.front_line);
-        let (mut index, mut feed_mm_s) = (0, 0.0_f64);
+        let (mut index, mut feed_mm_s, mut others_feeds) = (0, 0.0_f64, [0.0_f64; 2]);
         loop {
             if index == self.rows.len() {
                 if below.is_empty() {
@@ -235,6 +237,9 @@ impl<const N: usize> Sweep<N> {
             }
             self.work += (N - self.dead) as u64;
             feed_mm_s = feed_mm_s.max(row.edge.feed_mm_s);
+            for (most, feed) in others_feeds.iter_mut().zip(row.edge.others_feeds) {
+                *most = most.max(feed);
+            }
             let beside = row.chord.near(to);
             row.share = beside.share;
             let above = step.near(row.edge.to);
@@ -254,7 +259,8 @@ impl<const N: usize> Sweep<N> {
                 (least, line) = (level, row.edge.line);
             }
         }
-        (self.from, self.at, self.feed_mm_s) = (self.at, to, feed_mm_s);
+        (self.from, self.at) = (self.at, to);
+        (self.feed_mm_s, self.others_feeds) = (feed_mm_s, others_feeds);
         self.bury(least, tick);
         self.front_line = line;
         Ok(())
@@ -391,6 +397,12 @@ impl<const N: usize> Sweep<N> {
             self.hold(distance_mm, Death { tick, line });
         }
         rest_mm
+    }
+
+    /// The greatest feeds of A B C and of U V W on the part of the path in reach: see
+    /// [`Edge::others_feeds`].
+    pub fn others_feeds(&self) -> [f64; 2] {
+        self.others_feeds
     }
 
     /// Between which positions each of the other axes may be, by the part of the path in reach.

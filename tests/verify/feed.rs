@@ -1,6 +1,7 @@
 //! Speed along the path against F: jobs made at other feeds than the path has.
 
-use cnc::path::{Curve, PathItem};
+use cnc::base::{Axis, Machine};
+use cnc::path::{Curve, PathItem, Segment};
 
 use super::drawing::{Drawing, steps};
 use super::{held, starmill};
@@ -59,6 +60,31 @@ fn a_short_cut_between_faster_ones_is_held_to_its_feed() {
 #[test]
 fn a_job_shorter_than_a_window_is_held_to_its_feed() {
     check(&[([0.3, 0.0, 0.0], Some(0.1))], 100.0);
+}
+
+/// A quarter turn there and back, then on a line: the turns have feeds of their own, in degrees.
+#[test]
+fn turning_alone_is_held_to_its_feed() {
+    let machine = Machine::load("ideal").unwrap();
+    let path = |feeds: [f64; 2]| {
+        let mut turned = machine.work_zero_mm;
+        turned[Axis::A] += 90.0;
+        let ends = [[machine.work_zero_mm, turned], [turned, machine.work_zero_mm]];
+        let turn = |(line, ([from_mm, to_mm], feed)): (u32, ([_; 2], f64))| {
+            let (curve, corner, feed_mm_s) = (Curve::Line, Default::default(), Some(feed));
+            PathItem::from(Segment { line, feed_mm_s, from_mm, to_mm, curve, corner })
+        };
+        (1..).zip(ends.into_iter().zip(feeds)).map(turn).collect::<Vec<_>>()
+    };
+    let feeds_found = |programmed: [f64; 2], driven: [f64; 2]| {
+        let job = steps(&machine, &path(driven));
+        let report = held(&machine, &path(programmed), &job, true);
+        report.failures.iter().filter(|failure| failure.starts_with("feed")).count()
+    };
+    assert_eq!(feeds_found([20.0, 20.0], [20.0, 20.0]), 0);
+    assert_eq!(feeds_found([20.0, 20.0], [20.0, 40.0]), 1);
+    // Where X, Y and Z rest, which of two turns it is stays open.
+    assert_eq!(feeds_found([40.0, 20.0], [40.0, 20.0]), 0);
 }
 
 /// Half the feed is no fault, and is told.
