@@ -119,7 +119,8 @@ impl Met {
 }
 
 /// A tick that holds a corner in its middle goes a chord: off by a quarter of its way times the angle.
-/// Half a tick before and after, the machine brakes and speeds up.
+/// Half a tick before and after, the machine brakes and speeds up: by a·T²/4 in all, or by no more than j·T³/12 where
+/// jerk is limited.
 fn tick_speed_mm_s(a: &Rates, b: &Rates, machine: &Machine) -> f64 {
     let cosine: f64 = Axis::LINEAR.iter().map(|axis| a.tangent[*axis] * b.tangent[*axis]).sum();
     let turn_rad = cosine.clamp(-1.0, 1.0).acos();
@@ -128,7 +129,15 @@ fn tick_speed_mm_s(a: &Rates, b: &Rates, machine: &Machine) -> f64 {
         return f64::INFINITY;
     }
     let accel = |rates: &Rates| accel_mm_s2(rates, 0.0, 1.0, machine);
-    let gain_mm = 0.25 * accel(a).max(accel(b)) * tick_s * tick_s;
+    let jerk = |rates: &Rates| {
+        let jerks = machine.axes.iter().filter_map(|profile| {
+            let rate = rates.tangent[profile.axis].abs();
+            Some(profile.jerk_max_mm_s3.filter(|_| rate > 0.0)? / rate)
+        });
+        jerks.fold(f64::INFINITY, f64::min)
+    };
+    let by_accel_mm = 0.25 * accel(a).max(accel(b)) * tick_s * tick_s;
+    let gain_mm = by_accel_mm.min(jerk(a).max(jerk(b)) * tick_s.powi(3) / 12.0);
     ((4.0 * machine.path_tolerance_mm / turn_rad - gain_mm) / tick_s).max(0.0)
 }
 
