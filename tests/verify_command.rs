@@ -71,6 +71,70 @@ fn where_nothing_moves_there_is_no_place() {
     assert_eq!(speed.unwrap()["at"]["line"], Value::Null);
 }
 
+/// A row each time that a line with motion comes to be executed; the greatest is that of the job.
+#[test]
+fn each_block_is_told_of() {
+    let bench = Bench::new();
+    let (code, lines, messages) = bench.run(&["--blocks", "--json"]);
+    assert_eq!((code, messages.as_str()), (0, ""), "{lines}");
+    let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let (report, blocks) = lines.split_last().unwrap();
+    assert!(blocks.iter().all(|block| block["type"] == "block"));
+    let numbers: Vec<u64> = blocks.iter().map(|block| block["line"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, [4, 6, 7, 8, 9, 10, 11, 12, 13]);
+    let ticks: u64 = blocks.iter().map(|block| block["ticks"].as_u64().unwrap()).sum();
+    let text = fs::read_to_string(bench.file("p.csv")).unwrap();
+    let moves = |row: &&str| !row.starts_with(['#', 't']) && !row.contains(",0,0,0,");
+    assert_eq!(ticks, text.lines().filter(moves).count() as u64);
+    let most = |of: &[Value]| of.iter().map(|b| b["max_mm"].as_f64().unwrap()).fold(0.0, f64::max);
+    assert_eq!(most(blocks), report["max_contour_error_mm"]);
+    let worst = report["worst_blocks"].as_array().unwrap();
+    assert_eq!((worst.len(), most(worst)), (blocks.len(), most(blocks)));
+    // Lines along an axis are on their path throughout, the arcs are rounded.
+    for block in blocks {
+        let is_arc = [8, 10].contains(&block["line"].as_u64().unwrap());
+        let rms_mm = block["rms_mm"].as_f64().unwrap();
+        assert_eq!(is_arc, rms_mm > 0.001, "{block}");
+    }
+    let (_, table, _) = bench.run(&["--blocks"]);
+    let rows = table.lines().filter(|row| row.split_whitespace().count() == 5).count();
+    assert_eq!(rows, 1 + blocks.len(), "{table}");
+    assert!(table.contains("\ncontour") && table.ends_with("\npass\n"), "{table}");
+}
+
+/// A step aside shows in the block where it was made.
+#[test]
+fn the_block_that_is_off_is_told() {
+    let bench = Bench::new();
+    let text = fs::read_to_string(bench.file("p.csv")).unwrap();
+    let rows: Vec<&str> = text.lines().filter(|row| row.split(',').nth(2) == Some("9")).collect();
+    let row = rows[rows.len() / 2];
+    // Line 9 goes along Y: X is off by 8 steps, 0.08 mm, from one tick to the next.
+    let off = |row: &str, steps: &str| {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        cells[3] = steps;
+        cells.join(",")
+    };
+    let next = rows[rows.len() / 2 + 1];
+    bench.change(row, &off(row, "8"));
+    bench.change(next, &off(next, "-8"));
+    let (code, lines, _) = bench.run(&["--blocks", "--json", "--unsealed"]);
+    assert_eq!(code, 1, "{lines}");
+    let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    for block in &lines[..lines.len() - 1] {
+        let max_mm = block["max_mm"].as_f64().unwrap();
+        assert_eq!(block["line"] == 9, max_mm > 0.02, "{block}");
+        assert!(block["line"] != 9 || (max_mm - 0.08).abs() < 1e-4, "{block}");
+    }
+}
+
+#[test]
+fn blocks_are_told_of_one_program_only() {
+    let bench = Bench::new();
+    bench.check_refused(&["--blocks", "--format", "junit"], 2, "--blocks tells of one program");
+    bench.check_refused(&["--blocks", "--programs"], 2, "--blocks tells of one program");
+}
+
 fn dump(machine: &str, encoding: Encoding) -> Vec<u8> {
     let machine = Machine::load(machine).unwrap();
     let source = Source::memory("p.nc", PROGRAM.as_bytes());

@@ -38,7 +38,7 @@ use std::collections::VecDeque;
 use super::Setup;
 use super::edges::{Vector, difference, dot};
 use super::report::Place;
-use crate::base::Axis;
+use crate::base::{Axis, Machine};
 
 /// Ticks of a window.
 const WINDOW_TICKS: usize = 20;
@@ -109,8 +109,8 @@ pub struct Feed {
     /// Time of a window.
     time_s: f64,
     rounding_mm: f64,
-    /// By how much a position may be off.
-    half_steps_mm: Vector,
+    /// How far a step is on each axis.
+    steps_mm: Vector,
     /// After each tick of the window and before its first.
     window: VecDeque<Moment>,
     /// The greatest slowness in it.
@@ -122,10 +122,8 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Of the way of these axes. Begins at rest, where the machine has been for the time of a window.
-    pub fn new(setup: &Setup, axes: [Axis; 3], at: Vector) -> Feed {
-        let step_mm = |axis| setup.machine.axis(axis).map_or(0.0, |axis| 1.0 / axis.steps_per_mm);
-        let steps_mm = axes.map(step_mm);
+    /// Of the way of axes with these steps. Begins at rest, where the machine has been for the time of a window.
+    pub fn new(setup: &Setup, steps_mm: Vector, at: Vector) -> Feed {
         let step_mm = steps_mm.into_iter().fold(0.0, f64::max);
         let standing = Standing { at, along_mm: 0.0, feed_mm_s: 0.0, may_be_cut: false };
         let start = Moment { standing, needed_s: 0.0, slowness_s_mm: 0.0 };
@@ -133,7 +131,7 @@ impl Feed {
             tick_s: setup.tick_s(),
             time_s: WINDOW_TICKS as f64 * setup.tick_s(),
             rounding_mm: ROUNDING_STEPS * step_mm,
-            half_steps_mm: steps_mm.map(|step_mm| 0.5 * step_mm),
+            steps_mm,
             window: VecDeque::from([start; WINDOW_TICKS]),
             slowness_s_mm: 0.0,
             is_cutting: false,
@@ -217,8 +215,9 @@ impl Feed {
         let (mut time_s, mut rounding_s, mut weight_s_mm) = (0.0, 0.0, [0.0; 3]);
         let mut turn = |to: Vector| {
             let turned = difference(to, std::mem::replace(&mut weight_s_mm, to));
-            let off_s = turned.iter().zip(self.half_steps_mm);
-            rounding_s += off_s.map(|(turned, half_mm)| turned.abs() * half_mm).sum::<f64>();
+            // Each position may be off by half a step.
+            let off_s = turned.iter().zip(self.steps_mm);
+            rounding_s += off_s.map(|(turned, step_mm)| turned.abs() * 0.5 * step_mm).sum::<f64>();
         };
         for start in (0..WINDOW_TICKS).step_by(ticks) {
             let way = self.window.range(start + 1..=start + ticks).map(|moment| moment.standing);
@@ -243,6 +242,11 @@ impl Feed {
     }
 }
 
+/// How far a step is on each of these axes; zero where the machine lacks one.
+pub fn steps_mm(machine: &Machine, axes: [Axis; 3]) -> Vector {
+    axes.map(|axis| machine.axis(axis).map_or(0.0, |axis| 1.0 / axis.steps_per_mm))
+}
+
 /// Time of a millimetre at a feed; 0 of a rapid, and where nothing moves.
 fn slowness_s_mm(feed_mm_s: f64) -> f64 {
     if feed_mm_s > 0.0 { 1.0 / feed_mm_s } else { 0.0 }
@@ -251,7 +255,7 @@ fn slowness_s_mm(feed_mm_s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::{AxisMap, Machine};
+    use crate::base::AxisMap;
 
     /// The worst window of 60 ticks of a millisecond against a feed of 5 mm/s: where the machine stands after each,
     /// and where on the path that is.
@@ -270,7 +274,7 @@ mod tests {
             let (at, along_mm) = standing(tick);
             Standing { at, along_mm, feed_mm_s: 5.0, may_be_cut: false }
         };
-        let mut feed = Feed::new(&setup, Axis::LINEAR, standing(0).at);
+        let mut feed = Feed::new(&setup, steps_mm(&machine, Axis::LINEAR), standing(0).at);
         (1..60).for_each(|tick| feed.tick(standing(tick), Place::default()));
         feed.end().worst.unwrap()
     }

@@ -4,7 +4,8 @@
 //!
 //! - *Contour*: the Fréchet distance between the executed polyline (tick points joined by chords)
 //!   and the path, in X, Y and Z. Matching runs forward along both, so neither a skipped loop nor
-//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`). Blocks with
+//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`), and what it
+//!   comes to on each block (`pairing`, `blocks`). Blocks with
 //!   corners under G64 P may be left by P, if that is more than the path tolerance.
 //! - *Other axes*, rotary and secondary: held to half a step each, tick by tick (`others`).
 //! - *End point* and the place of every event, exact in steps on every axis (`events`).
@@ -19,6 +20,7 @@
 //! within the tolerance. What is not done: jerk is reported and not judged.
 
 mod apart;
+mod blocks;
 mod checks;
 mod compare;
 mod contour;
@@ -26,15 +28,19 @@ mod edges;
 mod events;
 mod executed;
 mod feed;
+#[cfg(test)]
+mod free_space;
 mod limits;
 mod matching;
 mod others;
+mod pairing;
 mod ramps;
 mod report;
 mod sweep;
 
 use std::collections::BTreeMap;
 
+pub use self::blocks::TellBlock;
 pub use self::checks::CHECKS;
 pub use self::compare::{Comparison, FirstDifference, compare};
 pub use self::report::{BlockError, Check, Place, Report, Verdict};
@@ -112,9 +118,32 @@ where
     CE: Into<Cause>,
     PE: Into<Cause>,
 {
+    verify_blocks(setup, commands, path, None)
+}
+
+/// As [`verify`], and tells of each block how far it is off, in the order of the path. That is done by one
+/// more pass, at the end; of a job that is too far off to be matched with the path nothing is told.
+///
+/// # Errors
+/// Those of [`verify`].
+pub fn verify_blocks<C, P, CE, PE>(
+    setup: &Setup,
+    commands: impl Fn() -> Result<C, CE>,
+    path: impl Fn() -> Result<P, PE>,
+    tell: Option<TellBlock>,
+) -> Result<Report, VerifyError>
+where
+    C: Iterator<Item = Result<Command, CE>>,
+    P: Iterator<Item = Result<PathItem, PE>>,
+    CE: Into<Cause>,
+    PE: Into<Cause>,
+{
     let streams = Streams { setup, commands, path };
     let bound_mm = tolerance_mm(setup.machine);
     let (walk, contour) = streams.hold(bound_mm)?;
+    if let Some(tell) = tell {
+        streams.tell_blocks(&contour, tell)?;
+    }
     Ok(report(setup, bound_mm, walk, contour))
 }
 
@@ -180,7 +209,7 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
         max_contour_error_is_lower_bound: contour.more,
         rms_contour_error_mm: matched.map(|matched| six_digits(matched.rms_mm)),
         worst: worst.filter(|at| !at.is_nowhere(walk.ticks)),
-        worst_blocks: matched.map(|matched| matched.worst_blocks.clone()).unwrap_or_default(),
+        worst_blocks: contour.worst_blocks(),
         end_error_steps: axes().map(|axis| (axis, end_error(axis))).collect(),
         ticks: walk.ticks,
         seconds: six_digits(walk.ticks as f64 * setup.tick_s()),

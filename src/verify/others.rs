@@ -6,7 +6,7 @@
 //! which is long where X, Y and Z rest: there the axis may be anywhere between its ends.
 
 use super::edges::{Vector, difference, dot};
-use super::feed::{Feed, Standing};
+use super::feed::{Feed, Standing, steps_mm};
 use super::report::{Check, Place};
 use super::{OTHER_AXES, Others, Setup, feed_check};
 use crate::base::{Axis, Machine};
@@ -91,7 +91,7 @@ pub struct OthersFeed {
     /// The first of the axes among all others.
     first: usize,
     /// How far a step is on each.
-    steps: Vector,
+    step_sizes: Vector,
     at: Vector,
     /// The way so far, which is what was executed: the path has no other.
     along: f64,
@@ -102,17 +102,16 @@ impl OthersFeed {
     pub fn both(setup: &Setup, steps: &Others) -> [OthersFeed; 2] {
         [0, 3].map(|first| {
             let axes = [0, 1, 2].map(|i| OTHER_AXES[first + i]);
-            let step = |axis| setup.machine.axis(axis).map_or(0.0, |axis| 1.0 / axis.steps_per_mm);
-            let step_sizes = axes.map(step);
+            let step_sizes = steps_mm(setup.machine, axes);
             let at = [0, 1, 2].map(|i| steps[first + i] * step_sizes[i]);
-            let feed = Feed::new(setup, axes, at);
-            OthersFeed { feed, first, steps: step_sizes, at, along: 0.0 }
+            let feed = Feed::new(setup, step_sizes, at);
+            OthersFeed { feed, first, step_sizes, at, along: 0.0 }
         })
     }
 
     /// They are at these positions after a tick, on motions with this feed at most.
     pub fn tick(&mut self, steps: &Others, feed: f64, place: Place) {
-        let at = [0, 1, 2].map(|i| steps[self.first + i] * self.steps[i]);
+        let at = [0, 1, 2].map(|i| steps[self.first + i] * self.step_sizes[i]);
         let way = difference(at, std::mem::replace(&mut self.at, at));
         let length = dot(way, way).sqrt();
         self.along += length;

@@ -84,16 +84,22 @@ impl From<Death> for Place {
     }
 }
 
-/// The greatest distance of a block's tick points from the path.
+/// How far a block is off: one run of a line of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BlockError {
     /// Line of the NC program.
     pub line: u32,
-    /// The tick furthest off.
+    /// Ticks that end on it, those that move X, Y or Z.
+    pub ticks: u64,
+    /// The tick where it is furthest off.
     pub tick: u64,
-    /// Its distance.
+    /// Fréchet distance between the block and what is executed of it: the greatest distance on one walk
+    /// along both, and never more than that of the whole job.
     #[serde(serialize_with = "rounded")]
     pub max_mm: f64,
+    /// Root mean square of the distances of its tick points; none without any.
+    #[serde(serialize_with = "rounded_if_any")]
+    pub rms_mm: Option<f64>,
 }
 
 /// One thing that was held against a limit.
@@ -154,4 +160,8 @@ fn known<S: serde::Serializer>(line: &u32, to: S) -> Result<S::Ok, S::Error> {
 
 fn rounded<S: serde::Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_f64(six_digits(*value))
+}
+
+fn rounded_if_any<S: serde::Serializer>(value: &Option<f64>, to: S) -> Result<S::Ok, S::Error> {
+    value.map(six_digits).serialize(to)
 }

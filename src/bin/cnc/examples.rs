@@ -82,6 +82,7 @@ const VERIFY: &str =
     "  cnc verify part.nc part.csv                are those steps the programmed path?
   cnc verify part.nc part.csv -q             say nothing unless they are not
   cnc verify part.nc part.csv --json         every check with its value and limit
+  cnc verify part.nc part.csv --blocks       how far each block is off, too
   cnc verify . --format junit -o junit.xml   all programs of a folder, for a CI system
   cnc verify part.nc other.csv --unsealed    steps that another tool has written";
 

@@ -12,7 +12,7 @@ use cnc::path::{self, PathItem};
 use cnc::plan::{self, BlockSpeed, Feed, Planned, SeamReport, Seams};
 use cnc::step::{self, Summary, thesis};
 use cnc::tape::{Encoding, Header, Origin};
-use cnc::verify::{self, Setup};
+use cnc::verify::{self, Setup, TellBlock, verify_blocks};
 
 use crate::args::Global;
 use crate::exit::{ExitWith, Failure};
@@ -257,8 +257,12 @@ impl Program {
     }
 
     /// The job's commands held against the path, as `verify` would hold its dump: planned anew, unless they
-    /// are at hand.
-    pub fn verified(&self, commands: Option<&[Command]>) -> anyhow::Result<verify::Report> {
+    /// are at hand. Tells of each block, if that is wanted.
+    pub fn verified(
+        &self,
+        commands: Option<&[Command]>,
+        tell: Option<TellBlock>,
+    ) -> anyhow::Result<verify::Report> {
         let machine = &self.machine;
         let setup = Setup {
             machine,
@@ -272,8 +276,10 @@ impl Program {
         let _pass = Pass::begin("verifying");
         let path = || Ok::<_, RunError>(self.path());
         Ok(match commands {
-            Some(commands) => verify::verify(&setup, || Ok::<_, RunError>(given(commands)), path)?,
-            None => verify::verify(&setup, || self.commands(&summary), path)?,
+            Some(commands) => {
+                verify_blocks(&setup, || Ok::<_, RunError>(given(commands)), path, tell)?
+            }
+            None => verify_blocks(&setup, || self.commands(&summary), path, tell)?,
         })
     }
 

@@ -201,7 +201,7 @@ fn ran(program: &Program, is_drawn: bool) -> Result<Ran<'_>, Failure> {
     }
     let at_hand = has_nodes.then_some(kept.as_slice());
     let report = program
-        .verified(at_hand)
+        .verified(at_hand, None)
         .with_context(|| program.source.name().to_owned())
         .or_bad_input()?;
     let error = match is_drawn {

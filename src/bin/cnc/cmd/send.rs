@@ -454,7 +454,7 @@ fn simulate(
     let difference = job.first_difference(&link.nodes().executed());
     let contour = match program {
         Some(program) if ending.end == End::Done && difference.is_none() => {
-            Some(program.verified(None)?)
+            Some(program.verified(None, None)?)
         }
         _ => None,
     };

@@ -1,8 +1,9 @@
 //! `cnc verify`: holds a command dump against the analytic path of its program.
 
+mod blocks;
 mod many;
 
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
@@ -11,7 +12,7 @@ use cnc::base::source::shown;
 use cnc::base::{Machine, Source};
 use cnc::interp::Dialect;
 use cnc::tape::{Header, Origin, Reader, TapeError};
-use cnc::verify::{Check, Report, Setup, Verdict, verify};
+use cnc::verify::{Check, Report, Setup, TellBlock, Verdict, verify_blocks};
 
 use crate::args::Global;
 use crate::exit::{Exit, ExitWith, Failure, Outcome, unless_unread};
@@ -41,6 +42,9 @@ pub struct Args {
     /// tick suffice, by the profile given
     #[arg(long)]
     unsealed: bool,
+    /// Print how far each block is off, each time that it comes to be executed
+    #[arg(long)]
+    blocks: bool,
     #[command(flatten)]
     motion: MotionArgs,
     #[command(flatten)]
@@ -56,6 +60,9 @@ pub fn run(args: &Args, global: &Global) -> Outcome {
     let is_alone = args.files.len() == 1 && !args.files[0].is_dir();
     let in_full = args.many.in_full(pair.is_some() || is_alone, global)?;
     let machine = input::machine(global)?;
+    if args.blocks && !in_full {
+        return Err(anyhow!("--blocks tells of one program, as text or --json").into());
+    }
     match in_full {
         true => one(&args.files[0], pair, machine, args, global),
         false => many::run(&args.files, pair, &machine, args, global),
@@ -97,7 +104,10 @@ fn one(
         return Err(many::lonely(program).into());
     }
     let mut judged = Judged::new(program.to_owned());
-    let outcome = judge(&mut judged, dump, &machine, args, global);
+    let mut out = BufWriter::new(io::stdout().lock());
+    let mut rows = blocks::Rows::new(&mut out, global.json);
+    let tell: TellBlock = &mut |block| rows.tell(block);
+    let outcome = judge(&mut judged, dump, &machine, args, global, args.blocks.then_some(tell));
     if dump.is_none() && !global.quiet {
         match &judged.dump {
             Some(dump) => say!("note: held against {dump}, which lies beside it"),
@@ -114,15 +124,19 @@ fn one(
         return Err(Refusal::of_program(&judged.name, checked)).or_bad_input();
     }
     let report = judged.report.as_ref().context("nothing was judged")?;
-    let mut out = io::stdout().lock();
-    let written = if global.json {
-        writeln!(out, "{}", serde_json::to_string(report)?)
-    } else if !global.quiet {
-        print(&mut out, report, global)
-    } else {
-        Ok(())
-    };
-    unless_unread(written.and_then(|()| out.flush()))?;
+    let rows_written = if args.blocks { rows.end() } else { Ok(()) };
+    let written = rows_written.and_then(|()| {
+        if global.json {
+            writeln!(out, "{}", serde_json::to_string(report)?)?;
+        } else if !global.quiet {
+            if args.blocks {
+                writeln!(out)?;
+            }
+            print(&mut out, report, global)?;
+        }
+        out.flush()
+    });
+    unless_unread(written)?;
     if global.json || global.quiet {
         let name = judged.dump.as_ref().unwrap_or(&judged.name);
         report.failures.iter().for_each(|failure| say!("error: {name}: {failure}"));
@@ -138,6 +152,7 @@ fn judge(
     machine: &Machine,
     args: &Args,
     global: &Global,
+    tell: Option<TellBlock>,
 ) -> Result<(), Failure> {
     let program = input::program(&judged.path)?;
     let dump = match dump {
@@ -145,8 +160,8 @@ fn judge(
         None => beside(judged)?,
     };
     match dump {
-        Some(dump) => held(judged, program, dump, machine, args, global),
-        None => planned(judged, program, machine, args, global),
+        Some(dump) => held(judged, program, dump, machine, args, global, tell),
+        None => planned(judged, program, machine, args, global, tell),
     }
 }
 
@@ -185,11 +200,12 @@ fn planned(
     machine: &Machine,
     args: &Args,
     global: &Global,
+    tell: Option<TellBlock>,
 ) -> Result<(), Failure> {
     let program = Program::judge(&judged.path, program, machine.clone(), &args.motion, global)?;
     judged.checked = Some(program.checked.clone());
     if program.checked.errors == 0 {
-        judged.report = Some(program.verified(None)?);
+        judged.report = Some(program.verified(None, tell)?);
     }
     Ok(())
 }
@@ -201,6 +217,7 @@ fn held(
     machine: &Machine,
     args: &Args,
     global: &Global,
+    tell: Option<TellBlock>,
 ) -> Result<(), Failure> {
     let name = dump.name().to_owned();
     judged.dump = Some(name.clone());
@@ -236,9 +253,9 @@ fn held(
     };
     let _pass = Pass::of_text("verifying");
     let commands = || open(args, &dump, &program.machine);
-    let report = verify(&setup, commands, || Ok::<_, cnc::interp::RunError>(program.path()))
-        .with_context(|| name.clone())
-        .or_bad_input()?;
+    let path = || Ok::<_, cnc::interp::RunError>(program.path());
+    let report =
+        verify_blocks(&setup, commands, path, tell).with_context(|| name.clone()).or_bad_input()?;
     judged.report = Some(report);
     Ok(())
 }

@@ -101,7 +101,7 @@ fn by_ticks(program: &Program) -> Result<(Whole, u64), Failure> {
         }
     }
     let report = program
-        .verified(None)
+        .verified(None, None)
         .context("the ticks cannot be held against the path")
         .or_bad_input()?;
     let linear = machine.axes.iter().filter(|profile| Axis::LINEAR.contains(&profile.axis));

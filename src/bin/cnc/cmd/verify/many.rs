@@ -37,7 +37,7 @@ pub fn run(
         let mut judged = Judged::new(task.entry.path.clone());
         let outcome = task.entry.readable().and_then(|path| match task.is_lonely {
             true => Err(lonely(path).into()),
-            false => judge(&mut judged, pair, machine, args, global),
+            false => judge(&mut judged, pair, machine, args, global, None),
         });
         judged.trouble = outcome.err();
         judged
