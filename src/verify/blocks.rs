@@ -9,8 +9,18 @@ const WORST_BLOCKS: usize = 10;
 /// Takes what is found of a block, once the walk has left it.
 pub type TellBlock<'a> = &'a mut dyn FnMut(&BlockError);
 
+/// A point of the path and one of what is executed.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    pub distance_mm: f64,
+    /// How much further off than elsewhere they may be there.
+    pub slack_mm: f64,
+}
+
 /// Takes meetings and tick points in the order of the walk.
 pub struct Blocks<'a> {
+    /// What is allowed where there is no slack.
+    bound_mm: f64,
     tell: Option<TellBlock<'a>>,
     current: Option<BlockError>,
     /// Tick points, and the squares of their distances, of that block and of those before it.
@@ -37,19 +47,23 @@ impl Sum {
 }
 
 impl<'a> Blocks<'a> {
-    /// Before the first block.
-    pub fn new(tell: Option<TellBlock<'a>>) -> Blocks<'a> {
+    /// Before the first block. `bound_mm` is what is allowed where there is no slack.
+    pub fn new(bound_mm: f64, tell: Option<TellBlock<'a>>) -> Blocks<'a> {
         let (points, all_points) = (Sum::default(), Sum::default());
-        Blocks { tell, current: None, points, all_points, worst: Vec::new() }
+        Blocks { bound_mm, tell, current: None, points, all_points, worst: Vec::new() }
     }
 
-    /// In a tick, the walk is at a distance on a line.
-    pub fn meet(&mut self, line: u32, tick: u64, distance_mm: f64) {
+    /// In a tick, the walk is here, on a line.
+    pub fn meet(&mut self, Meeting { distance_mm, slack_mm }: Meeting, line: u32, tick: u64) {
         if self.current.is_none_or(|block| block.line != line) {
             self.close();
-            self.current = Some(BlockError { line, ticks: 0, tick, max_mm: 0.0, rms_mm: None });
+            let (max_mm, allowed_mm) = (0.0, self.bound_mm);
+            self.current =
+                Some(BlockError { line, ticks: 0, tick, max_mm, allowed_mm, rms_mm: None });
         }
-        if let Some(block) = self.current.as_mut().filter(|block| distance_mm > block.max_mm) {
+        let Some(block) = &mut self.current else { return };
+        block.allowed_mm = block.allowed_mm.max(self.bound_mm + slack_mm);
+        if distance_mm > block.max_mm {
             (block.tick, block.max_mm) = (tick, distance_mm);
         }
     }

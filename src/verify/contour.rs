@@ -53,14 +53,15 @@ pub struct Contour {
 
 impl Contour {
     /// No block is further off than all of the job, whose walk may be another than that of matching.
-    fn capped(&self, block: &BlockError) -> BlockError {
-        BlockError { max_mm: block.max_mm.min(self.max_mm), ..*block }
+    fn capped(&self, block: &BlockError, bound_mm: f64) -> BlockError {
+        let slack_mm = block.allowed_mm - bound_mm;
+        BlockError { max_mm: block.max_mm.min(self.max_mm + slack_mm), ..*block }
     }
 
     /// The blocks furthest off, furthest first.
-    pub fn worst_blocks(&self) -> Vec<BlockError> {
+    pub fn worst_blocks(&self, bound_mm: f64) -> Vec<BlockError> {
         let blocks = self.matched.iter().flat_map(|matched| &matched.worst_blocks);
-        blocks.map(|block| self.capped(block)).collect()
+        blocks.map(|block| self.capped(block, bound_mm)).collect()
     }
 }
 
@@ -177,7 +178,8 @@ where
     /// Tells of each block, in the order of the walk: a pass more. Of nothing, where nothing was matched.
     pub fn tell_blocks(&self, contour: &Contour, tell: TellBlock) -> Result<(), VerifyError> {
         if contour.matched.is_some() {
-            let mut capped = |block: &BlockError| tell(&contour.capped(block));
+            let bound_mm = tolerance_mm(self.setup.machine);
+            let mut capped = |block: &BlockError| tell(&contour.capped(block, bound_mm));
             // What it finds is known: it is the pass that matched.
             let (_known, _) =
                 self.follow(contour.matched_within_mm, Some(&mut capped), |_, _, _| Ok(()))?;

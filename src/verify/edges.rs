@@ -31,7 +31,7 @@ pub struct Edge {
     pub to: Vector,
     /// NC line.
     pub line: u32,
-    /// Feed along the path; infinite on rapids.
+    /// Feed of X, Y and Z; infinite on rapids, 0 where other axes lead, so that these rest.
     pub feed_mm_s: f64,
     /// Length of the path up to its start.
     pub start_mm: f64,
@@ -156,7 +156,8 @@ where
             self.current = Some(cut);
         }
         let to = (vector(&to, &self.linear), others(&to));
-        let mut edge = self.edge_to(to, line, feed, slacks_mm);
+        let feed_mm_s = if leading == Axis::LINEAR { feed } else { 0.0 };
+        let mut edge = self.edge_to(to, line, feed_mm_s, slacks_mm);
         edge.others_feeds = others_feeds(edge.others, leading, feed);
         Ok(Some(edge))
     }

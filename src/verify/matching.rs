@@ -9,7 +9,7 @@ use super::others::{OtherAxes, OthersFeed};
 use super::pairing::Pairing;
 use super::report::{BlockError, Check, Place};
 use super::sweep::{Death, Match, Sweep};
-use super::{Cause, Setup, VerifyError};
+use super::{Cause, Setup, VerifyError, tolerance_mm};
 use crate::base::{Axis, Tick};
 use crate::path::PathItem;
 
@@ -85,7 +85,7 @@ impl<'a> Matcher<'a> {
         let mut sweep = Sweep::new([distance_mm], start, first);
         sweep.need_from(0);
         let others_feeds = OthersFeed::both(setup, &executed.others_steps());
-        let mut blocks = Blocks::new(tell);
+        let mut blocks = Blocks::new(tolerance_mm(setup.machine), tell);
         let mut others = OtherAxes::new(setup.machine);
         others.reach(sweep.others());
         Matcher {

@@ -209,7 +209,7 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
         max_contour_error_is_lower_bound: contour.more,
         rms_contour_error_mm: matched.map(|matched| six_digits(matched.rms_mm)),
         worst: worst.filter(|at| !at.is_nowhere(walk.ticks)),
-        worst_blocks: contour.worst_blocks(),
+        worst_blocks: contour.worst_blocks(bound_mm),
         end_error_steps: axes().map(|axis| (axis, end_error(axis))).collect(),
         ticks: walk.ticks,
         seconds: six_digits(walk.ticks as f64 * setup.tick_s()),

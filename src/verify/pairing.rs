@@ -14,7 +14,7 @@
 //! Between two meetings both run straight, so that they are furthest apart at one of them. No Fréchet
 //! distance is greater than that of a walk, of the whole as of a block: a block's ends, too, are met.
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Meeting};
 use super::edges::{Edge, Vector, difference, dot};
 use super::sweep::{Chord, Sweep};
 
@@ -45,7 +45,8 @@ impl Pairing {
     pub fn new(start: Vector, first: &Edge, blocks: &mut Blocks) -> Pairing {
         let mut pairing = Pairing { edge: 0, share: 0.0, distance_mm: 0.0 };
         // The start of the path is no corner: it has no slack.
-        pairing.meet(distance(start, first.from), first.line, 0, blocks);
+        let meeting = Meeting { distance_mm: distance(start, first.from), slack_mm: 0.0 };
+        pairing.meet(meeting, first.line, 0, blocks);
         pairing
     }
 
@@ -58,12 +59,13 @@ impl Pairing {
     pub fn tick(&mut self, sweep: &Sweep<1>, tick: u64, blocks: &mut Blocks) {
         let Some(next) = self.cheapest(sweep) else { return };
         let mut corners = Corners::new(sweep.chord());
-        let mut met_mm = None;
+        let mut start = None;
         for (edge, _) in sweep.edges(self.edge).take((next.edge - self.edge) as usize) {
-            met_mm = Some(self.corner(edge, met_mm, corners.pass(edge), tick, blocks));
+            start = Some(self.pass(edge, start, &mut corners, tick, blocks));
         }
-        met_mm.into_iter().for_each(|off_mm| self.meet(off_mm, next.line, tick, blocks));
-        self.meet(next.distance_mm - next.slack_mm, next.line, tick, blocks);
+        let end = Meeting { distance_mm: next.distance_mm, slack_mm: next.slack_mm };
+        let met = start.into_iter().chain([end]);
+        met.for_each(|meeting| self.meet(meeting, next.line, tick, blocks));
         blocks.point(next.distance_mm);
         (self.edge, self.share) = (next.edge, next.share);
     }
@@ -72,9 +74,9 @@ impl Pairing {
     pub fn end(mut self, sweep: &Sweep<1>, tick: u64, blocks: &mut Blocks) -> f64 {
         let [_, last] = sweep.chord();
         let mut corners = Corners::new([last; 2]);
-        let mut met_mm = None;
+        let mut start = None;
         for (edge, _) in sweep.edges(self.edge) {
-            met_mm = Some(self.corner(edge, met_mm, corners.pass(edge), tick, blocks));
+            start = Some(self.pass(edge, start, &mut corners, tick, blocks));
         }
         self.distance_mm
     }
@@ -109,24 +111,24 @@ impl Pairing {
         best
     }
 
-    /// The path passes the end of an edge, whose start was met, if it was in this tick, and whose end is.
-    fn corner(
+    /// The path passes the end of an edge, whose start it may have passed in this tick, too.
+    fn pass(
         &mut self,
         edge: &Edge,
-        start_mm: Option<f64>,
-        end_mm: f64,
+        start: Option<Meeting>,
+        corners: &mut Corners,
         tick: u64,
         blocks: &mut Blocks,
-    ) -> f64 {
-        let end_mm = end_mm - edge.end_slack_mm;
-        let met_mm = start_mm.into_iter().chain([end_mm]);
-        met_mm.for_each(|off_mm| self.meet(off_mm, edge.line, tick, blocks));
-        end_mm
+    ) -> Meeting {
+        let end = Meeting { distance_mm: corners.pass(edge), slack_mm: edge.end_slack_mm };
+        let met = start.into_iter().chain([end]);
+        met.for_each(|meeting| self.meet(meeting, edge.line, tick, blocks));
+        end
     }
 
-    fn meet(&mut self, off_mm: f64, line: u32, tick: u64, blocks: &mut Blocks) {
-        self.distance_mm = self.distance_mm.max(off_mm);
-        blocks.meet(line, tick, off_mm);
+    fn meet(&mut self, meeting: Meeting, line: u32, tick: u64, blocks: &mut Blocks) {
+        self.distance_mm = self.distance_mm.max(meeting.distance_mm - meeting.slack_mm);
+        blocks.meet(meeting, line, tick);
     }
 }
 
@@ -181,7 +183,7 @@ mod tests {
         let first = more().unwrap().unwrap();
         let mut told = Vec::new();
         let mut tell = |block: &BlockError| told.push(*block);
-        let mut blocks = Blocks::new(Some(&mut tell));
+        let mut blocks = Blocks::new(1e3, Some(&mut tell));
         let mut pairing = Pairing::new(executed[0], &first, &mut blocks);
         // All within reach, so that no edge is out of the window.
         let mut sweep = Sweep::new([1e3], executed[0], first);

@@ -94,9 +94,12 @@ pub struct BlockError {
     /// The tick where it is furthest off.
     pub tick: u64,
     /// Fréchet distance between the block and what is executed of it: the greatest distance on one walk
-    /// along both, and never more than that of the whole job.
+    /// along both.
     #[serde(serialize_with = "rounded")]
     pub max_mm: f64,
+    /// The bound of the contour error, or what G64 P lets its corners be cut by, if that is more.
+    #[serde(serialize_with = "rounded")]
+    pub allowed_mm: f64,
     /// Root mean square of the distances of its tick points; none without any.
     #[serde(serialize_with = "rounded_if_any")]
     pub rms_mm: Option<f64>,

@@ -62,29 +62,59 @@ fn a_job_shorter_than_a_window_is_held_to_its_feed() {
     check(&[([0.3, 0.0, 0.0], Some(0.1))], 100.0);
 }
 
-/// A quarter turn there and back, then on a line: the turns have feeds of their own, in degrees.
+/// Lines of one axis each, by so much at a feed, which is in degrees where it turns.
+type Legs = [(Axis, f64, f64)];
+
+/// How many checks of feed fail, where these lines are driven at other feeds.
+fn feeds_found(machine: &Machine, legs: &Legs, driven: &[f64]) -> usize {
+    let path = |feeds: &[f64]| {
+        let mut at = machine.work_zero_mm;
+        let line = |(line, (leg, feed)): (u32, (&(Axis, f64, f64), &f64))| {
+            let (from_mm, (axis, by, _)) = (at, *leg);
+            at[axis] += by;
+            let (curve, corner, feed_mm_s) = (Curve::Line, Default::default(), Some(*feed));
+            PathItem::from(Segment { line, feed_mm_s, from_mm, to_mm: at, curve, corner })
+        };
+        (1..).zip(legs.iter().zip(feeds)).map(line).collect::<Vec<_>>()
+    };
+    let programmed: Vec<f64> = legs.iter().map(|(.., feed)| *feed).collect();
+    let job = steps(machine, &path(driven));
+    let report = held(machine, &path(&programmed), &job, true);
+    report.failures.iter().filter(|failure| failure.starts_with("feed")).count()
+}
+
+/// A quarter turn there and back: turns have feeds of their own, in degrees.
 #[test]
 fn turning_alone_is_held_to_its_feed() {
     let machine = Machine::load("ideal").unwrap();
-    let path = |feeds: [f64; 2]| {
-        let mut turned = machine.work_zero_mm;
-        turned[Axis::A] += 90.0;
-        let ends = [[machine.work_zero_mm, turned], [turned, machine.work_zero_mm]];
-        let turn = |(line, ([from_mm, to_mm], feed)): (u32, ([_; 2], f64))| {
-            let (curve, corner, feed_mm_s) = (Curve::Line, Default::default(), Some(feed));
-            PathItem::from(Segment { line, feed_mm_s, from_mm, to_mm, curve, corner })
-        };
-        (1..).zip(ends.into_iter().zip(feeds)).map(turn).collect::<Vec<_>>()
-    };
-    let feeds_found = |programmed: [f64; 2], driven: [f64; 2]| {
-        let job = steps(&machine, &path(driven));
-        let report = held(&machine, &path(programmed), &job, true);
-        report.failures.iter().filter(|failure| failure.starts_with("feed")).count()
-    };
-    assert_eq!(feeds_found([20.0, 20.0], [20.0, 20.0]), 0);
-    assert_eq!(feeds_found([20.0, 20.0], [20.0, 40.0]), 1);
+    let turns = |feeds: [f64; 2]| [(Axis::A, 90.0, feeds[0]), (Axis::A, -90.0, feeds[1])];
+    assert_eq!(feeds_found(&machine, &turns([20.0, 20.0]), &[20.0, 20.0]), 0);
+    assert_eq!(feeds_found(&machine, &turns([20.0, 20.0]), &[20.0, 40.0]), 1);
     // Where X, Y and Z rest, which of two turns it is stays open.
-    assert_eq!(feeds_found([40.0, 20.0], [40.0, 20.0]), 0);
+    assert_eq!(feeds_found(&machine, &turns([40.0, 20.0]), &[40.0, 20.0]), 0);
+}
+
+/// So have secondary axes, in millimetres.
+#[test]
+fn secondary_axes_alone_are_held_to_their_feed() {
+    let machine =
+        Machine::load(concat!(env!("CARGO_MANIFEST_DIR"), "/samples/machines/nine-axes.toml"));
+    let machine = machine.unwrap();
+    for axis in [Axis::U, Axis::V, Axis::W] {
+        let legs = [(axis, 5.0, 2.0), (Axis::X, 5.0, 4.0), (axis, -5.0, 2.0)];
+        assert_eq!(feeds_found(&machine, &legs, &[2.0, 4.0, 2.0]), 0, "{axis}");
+        assert_eq!(feeds_found(&machine, &legs, &[2.0, 4.0, 3.0]), 1, "{axis}");
+    }
+}
+
+/// A turn's degrees are no excuse for the millimetres beside it, however few.
+#[test]
+fn a_turn_excuses_no_line_beside_it() {
+    let machine = Machine::load("ideal").unwrap();
+    let by_mm = 0.9 * machine.path_tolerance_mm;
+    let legs = [(Axis::X, by_mm, 0.001), (Axis::A, 90.0, 50.0)];
+    assert_eq!(feeds_found(&machine, &legs, &[0.001, 50.0]), 0);
+    assert_eq!(feeds_found(&machine, &legs, &[5.0, 50.0]), 1);
 }
 
 /// Half the feed is no fault, and is told.

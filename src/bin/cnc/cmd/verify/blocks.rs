@@ -39,9 +39,10 @@ impl<W: Write> Rows<W> {
             return writeln!(self.out, "{object}");
         }
         self.head()?;
-        let BlockError { line, ticks, tick, max_mm, rms_mm } = *block;
+        let BlockError { line, ticks, tick, max_mm, allowed_mm, rms_mm } = *block;
         let rms_mm = rms_mm.map_or("-".to_owned(), |rms_mm| format!("{rms_mm:.6}"));
-        writeln!(self.out, " {line:>9} {ticks:>9} {max_mm:>9.6} {tick:>9} {rms_mm:>9}")
+        write!(self.out, " {line:>9} {ticks:>9} {max_mm:>9.6} {allowed_mm:>9.6}")?;
+        writeln!(self.out, " {tick:>9} {rms_mm:>9}")
     }
 
     /// What stands above the rows, if it does not yet.
@@ -51,7 +52,7 @@ impl<W: Write> Rows<W> {
         }
         writeln!(self.out, "distance from the path in mm, by block")?;
         writeln!(self.out)?;
-        let columns = ["line", "ticks", "most", "at tick", "rms"];
+        let columns = ["line", "ticks", "most", "allowed", "at tick", "rms"];
         columns.iter().try_for_each(|name| write!(self.out, " {name:>9}"))?;
         writeln!(self.out)
     }
