@@ -488,6 +488,15 @@ fn degrees_have_no_other_unit() {
     assert_eq!(found.iter().map(feed).collect::<Vec<_>>(), [254.0, 10.0, 254.0]);
 }
 
+/// 0.1 and 0.2 is not 0.3: what rounding leaves of a way in X makes the turn no way in inches.
+#[test]
+fn a_residue_of_rounding_has_no_unit() {
+    let found = moves("G20\nG1 X[0.1+0.2] F10\nX0.3 A90\nM30", &ideal());
+    assert_ne!(found[1].from[Axis::X], found[1].to[Axis::X]);
+    let feeds = found.iter().map(|step| step.kind.feed_mm_min().unwrap_or(0.0));
+    assert_eq!(feeds.collect::<Vec<_>>(), [254.0, 10.0]);
+}
+
 #[test]
 fn a_feed_beside_a_change_of_units_is_in_the_units_before() {
     let feed = |text: &str| moves(text, &ideal())[0].kind.feed_mm_min().unwrap();
