@@ -1,108 +1,186 @@
-//! What a walk along path and executed polyline comes to, block by block: a run of one NC line. A line that
-//! comes again (a loop, a subprogram) is another run.
+//! How far each block is off: one more pass over path and executed polyline, once it is known how far the two
+//! are apart in all.
+//!
+//! A ladder of distances up to that one is walked with at once (`sweep`). A distance that does not suffice was
+//! too small for the block that it was stuck on; it is let go on beyond, from what the next greater one
+//! reaches, as soon as the machine is as near to that as it allows.
+//!
+//! ```text
+//!   distances  ──────────────────────────────────  the greatest suffices throughout
+//!              ─────────╳  ╭────────────────────   too small for line 7: the block is off by more
+//!              ─────────╳      ╭────────────────
+//!      blocks  │  6  │  7  │ 8 │       9       │
+//! ```
+//!
+//! Besides, no block is nearer than each of its tick points to the path, and each of its corners to the chords
+//! that pass it. As path and chords are straight between them, these tell all, but where one of both turns
+//! back: what is lost there is what the ladder is for. The greatest of all is told.
 
+use std::collections::VecDeque;
+
+use super::edges::{Edge, Edges, Vector};
 use super::report::BlockError;
+use super::sweep::Sweep;
+use super::{Cause, VerifyError};
+use crate::path::PathItem;
 
-/// How many blocks are named in the report.
-const WORST_BLOCKS: usize = 10;
+/// Rungs of the ladder.
+const RUNGS: usize = 32;
 
-/// Takes what is found of a block, once the walk has left it.
+/// Takes what was found of a block, once it is passed.
 pub type TellBlock<'a> = &'a mut dyn FnMut(&BlockError);
 
-/// A point of the path and one of what is executed.
-#[derive(Clone, Copy, Debug)]
-pub struct Meeting {
-    pub distance_mm: f64,
-    /// How much further off than elsewhere they may be there.
-    pub slack_mm: f64,
-}
-
-/// Takes meetings and tick points in the order of the walk.
+/// Takes tick points one by one.
 pub struct Blocks<'a> {
+    sweep: Sweep<RUNGS>,
+    rungs_mm: [f64; RUNGS],
     /// What is allowed where there is no slack.
     bound_mm: f64,
-    tell: Option<TellBlock<'a>>,
-    current: Option<BlockError>,
-    /// Tick points, and the squares of their distances, of that block and of those before it.
-    points: Sum,
-    all_points: Sum,
-    worst: Vec<BlockError>,
+    /// Those that edges in reach belong to, and the number of the first.
+    runs: VecDeque<Run>,
+    first_run: u64,
+    /// The furthest run that each distance has reached.
+    fronts: [u64; RUNGS],
+    along_mm: f64,
+    tell: TellBlock<'a>,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Sum {
-    count: u64,
+/// A block as it is executed once.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    found: BlockError,
     squares: f64,
+    slack_mm: f64,
 }
 
-impl Sum {
-    fn add(&mut self, Sum { count, squares }: Sum) {
-        self.count += count;
-        self.squares += squares;
-    }
-
-    fn root_mean_square(&self) -> Option<f64> {
-        (self.count > 0).then(|| (self.squares / self.count as f64).sqrt())
+impl Run {
+    /// It is at least so far off.
+    fn hold(&mut self, distance_mm: f64, tick: u64) {
+        if distance_mm > self.found.max_mm {
+            (self.found.max_mm, self.found.tick) = (distance_mm, tick);
+        }
     }
 }
 
 impl<'a> Blocks<'a> {
-    /// Before the first block. `bound_mm` is what is allowed where there is no slack.
-    pub fn new(bound_mm: f64, tell: Option<TellBlock<'a>>) -> Blocks<'a> {
-        let (points, all_points) = (Sum::default(), Sum::default());
-        Blocks { bound_mm, tell, current: None, points, all_points, worst: Vec::new() }
+    /// At the start of both: `max_mm` is how far they are apart in all, `chords_mm` by how much chords may be
+    /// off arcs, and `bound_mm` what is allowed where there is no slack.
+    pub fn new(
+        [max_mm, chords_mm, bound_mm]: [f64; 3],
+        start: Vector,
+        first: Edge,
+        tell: TellBlock<'a>,
+    ) -> Blocks<'a> {
+        let rungs_mm = std::array::from_fn(|rung| max_mm * (rung + 1) as f64 / RUNGS as f64);
+        let mut sweep = Sweep::new(rungs_mm.map(|rung_mm| rung_mm + chords_mm), start, first);
+        sweep.keep_corners();
+        let (runs, first_run) = (VecDeque::new(), first.run);
+        let fronts = [first_run; RUNGS];
+        let mut blocks =
+            Blocks { sweep, rungs_mm, bound_mm, runs, first_run, fronts, along_mm: 0.0, tell };
+        take_edge(&mut blocks.runs, first_run, &first);
+        blocks.stuck(0, 0);
+        blocks
     }
 
-    /// In a tick, the walk is here, on a line.
-    pub fn meet(&mut self, Meeting { distance_mm, slack_mm }: Meeting, line: u32, tick: u64) {
-        if self.current.is_none_or(|block| block.line != line) {
-            self.close();
-            let (max_mm, allowed_mm) = (0.0, self.bound_mm);
-            self.current =
-                Some(BlockError { line, ticks: 0, tick, max_mm, allowed_mm, rms_mm: None });
+    /// Where X, Y and Z stand after the next tick that moves them.
+    pub fn tick<P, E>(
+        &mut self,
+        tick: u64,
+        at: Vector,
+        edges: &mut Edges<'_, P>,
+    ) -> Result<(), VerifyError>
+    where
+        P: Iterator<Item = Result<PathItem, E>>,
+        E: Into<Cause>,
+    {
+        let dead = self.sweep.dead();
+        let (runs, first_run) = (&mut self.runs, self.first_run);
+        self.sweep.advance(tick, at, || {
+            let edge = edges.next()?;
+            edge.iter().for_each(|edge| take_edge(runs, first_run, edge));
+            Ok::<_, VerifyError>(edge)
+        })?;
+        self.stuck(dead, tick);
+        if let Some(near) = self.sweep.nearest(tick, self.along_mm) {
+            self.along_mm = near.along_mm;
+            if let Some(run) = self.run(near.run) {
+                if run.found.ticks == 0 && run.found.max_mm == 0.0 {
+                    run.found.tick = tick;
+                }
+                run.hold(near.distance_mm, tick);
+                run.found.ticks += 1;
+                run.squares += near.distance_mm * near.distance_mm;
+            }
         }
-        let Some(block) = &mut self.current else { return };
-        block.allowed_mm = block.allowed_mm.max(self.bound_mm + slack_mm);
-        if distance_mm > block.max_mm {
-            (block.tick, block.max_mm) = (tick, distance_mm);
+        self.pass(self.sweep.first_run());
+        Ok(())
+    }
+
+    /// The end of both.
+    pub fn end<P, E>(mut self, tick: u64, edges: &mut Edges<'_, P>) -> Result<(), VerifyError>
+    where
+        P: Iterator<Item = Result<PathItem, E>>,
+        E: Into<Cause>,
+    {
+        let dead = self.sweep.dead();
+        self.sweep.finish(tick, || edges.next())?;
+        self.stuck(dead, tick);
+        self.sweep.drop_all();
+        self.pass(u64::MAX);
+        Ok(())
+    }
+
+    /// Distances from the first that was alive on: those that are dead now were too small where they were.
+    fn stuck(&mut self, alive: usize, tick: u64) {
+        for rung in alive..self.sweep.dead() {
+            let (front, too_small_mm) = (self.fronts[rung], self.rungs_mm[rung]);
+            self.run(front).into_iter().for_each(|run| run.hold(too_small_mm, tick));
+        }
+        self.sweep.revive();
+        self.sweep.fronts(&mut self.fronts);
+    }
+
+    /// Takes corners that were passed, and tells of the blocks before a run.
+    fn pass(&mut self, until: u64) {
+        while let Some(corner) = self.sweep.passed_corner() {
+            for run in corner.runs {
+                self.run(run).into_iter().for_each(|run| run.hold(corner.distance_mm, corner.tick));
+            }
+        }
+        while self.first_run < until
+            && let Some(run) = self.runs.pop_front()
+        {
+            self.first_run += 1;
+            self.close(run);
         }
     }
 
-    /// A tick ends on the line that the walk is on, at a distance from the path.
-    pub fn point(&mut self, distance_mm: f64) {
-        self.points.add(Sum { count: 1, squares: distance_mm * distance_mm });
-    }
-
-    fn close(&mut self) {
-        let points = std::mem::take(&mut self.points);
-        self.all_points.add(points);
-        // Line 0 is no line: the path has no motion.
-        let Some(block) = self.current.take().filter(|block| block.line > 0) else { return };
-        let (ticks, rms_mm) = (points.count, points.root_mean_square());
-        let block = BlockError { ticks, rms_mm, ..block };
-        if let Some(tell) = &mut self.tell {
-            tell(&block);
-        }
-        let least_mm = self.worst.last().map_or(0.0, |last| last.max_mm);
-        if self.worst.len() < WORST_BLOCKS || block.max_mm > least_mm {
-            self.name(block);
+    /// Tells of a block, unless there is none: a path without motion has no line.
+    fn close(&mut self, Run { mut found, squares, slack_mm }: Run) {
+        let most_mm = self.rungs_mm[RUNGS - 1] + slack_mm;
+        found.max_mm = found.max_mm.min(most_mm);
+        found.allowed_mm = self.bound_mm + slack_mm;
+        let rms_mm = (found.ticks > 0).then(|| (squares / found.ticks as f64).sqrt());
+        found.rms_mm = rms_mm.map(|rms_mm| rms_mm.min(found.max_mm));
+        if found.line > 0 {
+            (self.tell)(&found);
         }
     }
 
-    /// Puts a block among the worst; a line that is there stays with its worse run.
-    fn name(&mut self, block: BlockError) {
-        match self.worst.iter_mut().find(|known| known.line == block.line) {
-            Some(known) if known.max_mm < block.max_mm => *known = block,
-            Some(_) => {}
-            None => self.worst.push(block),
-        }
-        self.worst.sort_by(|a, b| b.max_mm.total_cmp(&a.max_mm));
-        self.worst.truncate(WORST_BLOCKS);
+    fn run(&mut self, number: u64) -> Option<&mut Run> {
+        self.runs.get_mut(number.checked_sub(self.first_run)? as usize)
     }
+}
 
-    /// The walk is over: the worst blocks, worst first, and the root mean square of all tick points.
-    pub fn end(mut self) -> (Vec<BlockError>, f64) {
-        self.close();
-        (self.worst, self.all_points.root_mean_square().unwrap_or(0.0))
+/// An edge has been read: it belongs to the last run, or begins the next.
+fn take_edge(runs: &mut VecDeque<Run>, first_run: u64, edge: &Edge) {
+    if edge.run >= first_run + runs.len() as u64 {
+        let (line, ticks, tick) = (edge.line, 0, 0);
+        let found = BlockError { line, ticks, tick, max_mm: 0.0, allowed_mm: 0.0, rms_mm: None };
+        runs.push_back(Run { found, squares: 0.0, slack_mm: 0.0 });
+    }
+    if let Some(run) = runs.back_mut() {
+        run.slack_mm = run.slack_mm.max(edge.slack_mm);
     }
 }

@@ -3,8 +3,8 @@
 //! One pass over both as a rule: it decides whether the bound suffices, holds ticks and events
 //! against the machine, and matches every tick point with a point of the path. Matching gives the
 //! speed along the path, the other axes' places, the root mean square, the worst blocks, and two
-//! distances between which the error lies: none below the first suffices (`sweep`), the second does
-//! (`pairing`). Mostly they are the same. Where they are not, or the bound does not suffice, further
+//! distances between which the error lies: none below the first suffices, the second does
+//! (`sweep`). Mostly they are the same. Where they are not, or the bound does not suffice, further
 //! passes take a ladder of distances each:
 //!
 //! 1. beyond the bound upwards in powers of two, as far as time allows;
@@ -12,13 +12,13 @@
 //!
 //! The chords that stand for arcs are finer than a thousandth of the bound, which is allowed for.
 
-use super::blocks::TellBlock;
+use super::blocks::{Blocks, TellBlock};
 use super::edges::Edges;
 use super::events::Timetable;
 use super::executed::Executed;
 use super::limits::{Walk, Walker};
 use super::matching::{Matched, Matcher, Matching};
-use super::report::{BlockError, Place};
+use super::report::Place;
 use super::sweep::{Death, Sweep};
 use super::{Cause, Setup, VerifyError, tolerance_mm};
 use crate::base::Command;
@@ -47,22 +47,8 @@ pub struct Contour {
     pub worst: Option<Place>,
     /// What matching tells; none if no distance suffices that could be tried.
     pub matched: Option<Matched>,
-    /// The distance that it was matched with, and what chords on arcs were measured by.
-    matched_within_mm: [f64; 2],
-}
-
-impl Contour {
-    /// No block is further off than all of the job, whose walk may be another than that of matching.
-    fn capped(&self, block: &BlockError, bound_mm: f64) -> BlockError {
-        let slack_mm = block.allowed_mm - bound_mm;
-        BlockError { max_mm: block.max_mm.min(self.max_mm + slack_mm), ..*block }
-    }
-
-    /// The blocks furthest off, furthest first.
-    pub fn worst_blocks(&self, bound_mm: f64) -> Vec<BlockError> {
-        let blocks = self.matched.iter().flat_map(|matched| &matched.worst_blocks);
-        blocks.map(|block| self.capped(block, bound_mm)).collect()
-    }
+    /// What chords on arcs were measured by.
+    scale_mm: f64,
 }
 
 /// Everything a pass reads: streams that begin anew each time.
@@ -93,7 +79,7 @@ where
     pub fn hold(&self, bound_mm: f64) -> Result<(Walk, Contour), VerifyError> {
         let mut walker = Walker::new(self.setup);
         let mut timetable = Timetable::new(self.setup.machine, self.setup.with_events);
-        let (found, mut edges) = self.follow([bound_mm; 2], None, |command, edges, is_dead| {
+        let (found, mut edges) = self.follow(bound_mm, bound_mm, |command, edges, is_dead| {
             walker.ramps.corners_in_blocks = edges.has_inner_corners;
             match command {
                 Command::Tick(tick) => walker.tick(tick),
@@ -136,8 +122,8 @@ where
         }
         let max_mm = found.least_mm.unwrap_or(high_mm);
         let worst = found.death.map(Place::from);
-        let (matched, matched_within_mm) = (Some(matched), [bound_mm; 2]);
-        Ok(Contour { within: true, max_mm, more: false, worst, matched, matched_within_mm })
+        let (matched, scale_mm) = (Some(matched), bound_mm);
+        Ok(Contour { within: true, max_mm, more: false, worst, matched, scale_mm })
     }
 
     /// The error, where the bound does not suffice.
@@ -154,37 +140,51 @@ where
         }
         let Some(least_mm) = found.least_mm else {
             let (max_mm, worst) = (found.dead_mm, found.death.map(Place::from));
-            let (matched, matched_within_mm) = (None, [bound_mm; 2]);
-            return Ok(Contour {
-                within: false,
-                max_mm,
-                more: true,
-                worst,
-                matched,
-                matched_within_mm,
-            });
+            let (matched, scale_mm) = (None, bound_mm);
+            return Ok(Contour { within: false, max_mm, more: true, worst, matched, scale_mm });
         };
         let scale_mm = found.dead_mm.max(bound_mm);
         let fine = self.finer(found, least_mm, scale_mm)?;
         let max_mm = fine.least_mm.unwrap_or(least_mm);
         let worst = fine.death.map(Place::from);
         // The chords here may be coarser than those of the ladder that the distance comes from.
-        let matched_within_mm = [least_mm + 2.0 * SAGITTA_SHARE * scale_mm, scale_mm];
-        let (found, _) = self.follow(matched_within_mm, None, |_, _, _| Ok(()))?;
+        let distance_mm = least_mm + 2.0 * SAGITTA_SHARE * scale_mm;
+        let (found, _) = self.follow(distance_mm, scale_mm, |_, _, _| Ok(()))?;
         let matched = found.ok().map(|matching| matching.matched);
-        Ok(Contour { within: false, max_mm, more: false, worst, matched, matched_within_mm })
+        Ok(Contour { within: false, max_mm, more: false, worst, matched, scale_mm })
     }
 
-    /// Tells of each block, in the order of the walk: a pass more. Of nothing, where nothing was matched.
+    /// Tells of each block, in the order of the path: a pass more. Of nothing, where it is not known how far
+    /// the two are apart.
     pub fn tell_blocks(&self, contour: &Contour, tell: TellBlock) -> Result<(), VerifyError> {
-        if contour.matched.is_some() {
-            let bound_mm = tolerance_mm(self.setup.machine);
-            let mut capped = |block: &BlockError| tell(&contour.capped(block, bound_mm));
-            // What it finds is known: it is the pass that matched.
-            let (_known, _) =
-                self.follow(contour.matched_within_mm, Some(&mut capped), |_, _, _| Ok(()))?;
+        if contour.more {
+            return Ok(());
         }
-        Ok(())
+        let sagitta_mm = contour.scale_mm * SAGITTA_SHARE;
+        let mut executed = Executed::new(self.setup);
+        let (start, mut last_tick, mut has_moved) = (executed.at(), 0, false);
+        let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
+        let Some(first) = edges.next()? else { return Ok(()) };
+        let distances_mm = [contour.max_mm, sagitta_mm, tolerance_mm(self.setup.machine)];
+        let mut blocks = Blocks::new(distances_mm, start, first, tell);
+        for command in self.commands()? {
+            edges.passed.clear();
+            if let Command::Tick(tick) =
+                command.map_err(|error| VerifyError::Commands(error.into()))?
+            {
+                let point = executed.tick(&tick);
+                last_tick = point.tick;
+                if point.moved {
+                    has_moved = true;
+                    blocks.tick(point.tick, point.at, &mut edges)?;
+                }
+            }
+        }
+        if !has_moved {
+            // All of the path is held against the one point: it may be shorter than a step.
+            blocks.tick(last_tick, start, &mut edges)?;
+        }
+        blocks.end(last_tick, &mut edges)
     }
 
     /// One pass more between the distance that failed and the one that sufficed.
@@ -252,7 +252,7 @@ where
         let start = Executed::new(self.setup).at();
         let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(true) };
-        let mut matcher = Matcher::new(self.setup, distance_mm, first, None);
+        let mut matcher = Matcher::new(self.setup, distance_mm, first);
         let mut number = 0;
         for command in self.commands()? {
             let command = command.map_err(|error| VerifyError::Commands(error.into()))?;
@@ -268,13 +268,12 @@ where
         Ok(true)
     }
 
-    /// One pass with one distance, as far as that suffices, and what chords on arcs are measured by.
-    /// `each` sees every command, what of the path has been passed, and whether the distance has been
-    /// found too small.
+    /// One pass with one distance, as far as that suffices. `each` sees every command, what of the
+    /// path has been passed, and whether the distance has been found too small.
     fn follow(
         &self,
-        [distance_mm, scale_mm]: [f64; 2],
-        tell: Option<TellBlock>,
+        distance_mm: f64,
+        scale_mm: f64,
         mut each: impl FnMut(&Command, &mut Edges<'_, P>, bool) -> Result<(), VerifyError>,
     ) -> Result<(Result<Matching, Death>, Edges<'_, P>), VerifyError> {
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
@@ -283,7 +282,7 @@ where
         let Some(first) = edges.next()? else {
             return Ok((Err(Death::default()), edges));
         };
-        let mut matcher = Matcher::new(self.setup, distance_mm + sagitta_mm, first, tell);
+        let mut matcher = Matcher::new(self.setup, distance_mm + sagitta_mm, first);
         for command in self.commands()? {
             match command {
                 Err(error) => return Err(VerifyError::Commands(error.into())),

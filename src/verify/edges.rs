@@ -29,8 +29,9 @@ pub fn dot(a: Vector, b: Vector) -> f64 {
 pub struct Edge {
     pub from: Vector,
     pub to: Vector,
-    /// NC line.
+    /// NC line, and how many times it has been another than before.
     pub line: u32,
+    pub run: u64,
     /// Feed of X, Y and Z; infinite on rapids, 0 where other axes lead, so that these rest.
     pub feed_mm_s: f64,
     /// Length of the path up to its start.
@@ -75,6 +76,8 @@ pub struct Edges<'a, P: Iterator> {
     at: Vector,
     others: Others,
     length_mm: f64,
+    line: u32,
+    run: u64,
     any: bool,
     /// Where the path stands, events included, at the end of what has been read.
     read_mm: Option<Point>,
@@ -102,6 +105,8 @@ where
             at: start,
             others: Others::default(),
             length_mm: 0.0,
+            line: 0,
+            run: 0,
             any: false,
             read_mm: None,
             start_steps: setup.start_steps,
@@ -227,10 +232,14 @@ where
         self.at = to;
         self.length_mm += length_mm;
         let others = [std::mem::replace(&mut self.others, others), others];
+        if std::mem::replace(&mut self.line, line) != line {
+            self.run += 1;
+        }
         Edge {
             from,
             to,
             line,
+            run: self.run,
             feed_mm_s,
             start_mm,
             length_mm,

@@ -1,17 +1,18 @@
 //! Tick points against the path, with one distance that may suffice: where on the path each of them
 //! belongs, and what follows from that.
 
-use super::blocks::{Blocks, TellBlock};
-use super::edges::{Edge, Edges};
+use super::edges::Edges;
 use super::executed::Executed;
 use super::feed::{Feed, FeedError, Standing, steps_mm};
 use super::others::{OtherAxes, OthersFeed};
-use super::pairing::Pairing;
-use super::report::{BlockError, Check, Place};
+use super::report::{Check, Place, WorstBlock};
 use super::sweep::{Death, Match, Sweep};
-use super::{Cause, Setup, VerifyError, tolerance_mm};
+use super::{Cause, Setup, VerifyError};
 use crate::base::{Axis, Tick};
 use crate::path::PathItem;
+
+/// How many blocks are named.
+const WORST_BLOCKS: usize = 10;
 
 /// What matching tick points with the path tells.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +20,7 @@ pub struct Matched {
     /// Root mean square of the tick points' distances.
     pub rms_mm: f64,
     /// The blocks with the greatest distances, greatest first.
-    pub worst_blocks: Vec<BlockError>,
+    pub worst_blocks: Vec<WorstBlock>,
     /// Speed along the path against feed.
     pub feed: FeedError,
     /// Axes other than X, Y and Z against the path.
@@ -47,45 +48,38 @@ pub struct Matching {
     /// No distance below this suffices, by what happens here.
     pub low_mm: f64,
     pub low_at: Death,
-    /// This distance suffices.
+    /// This distance suffices; infinite where matching does not tell.
     pub high_mm: f64,
 }
 
 /// Takes ticks one by one.
-pub struct Matcher<'a> {
+pub struct Matcher {
     executed: Executed,
     sweep: Sweep<1>,
-    pairing: Pairing,
     feed: Feed,
     others: OtherAxes,
     others_feeds: [OthersFeed; 2],
     /// Whether all edges in reach of where X, Y and Z stand have been read.
     is_read: bool,
-    blocks: Blocks<'a>,
+    blocks: Worst,
     blended: Corners,
     standing: Standing,
     line: u32,
+    high_mm: f64,
     last_tick: u64,
     distance_mm: f64,
     has_moved: bool,
 }
 
-impl<'a> Matcher<'a> {
-    /// At the start of job and path, whose first edge is given. Blocks are told of, one by one.
-    pub fn new(
-        setup: &Setup,
-        distance_mm: f64,
-        first: Edge,
-        tell: Option<TellBlock<'a>>,
-    ) -> Matcher<'a> {
+impl Matcher {
+    /// At the start of job and path, whose first edge is given.
+    pub fn new(setup: &Setup, distance_mm: f64, first: super::edges::Edge) -> Matcher {
         let executed = Executed::new(setup);
         let start = executed.at();
         let standing =
             Standing { at: start, along_mm: 0.0, feed_mm_s: first.feed_mm_s, may_be_cut: false };
-        let mut sweep = Sweep::new([distance_mm], start, first);
-        sweep.need_from(0);
+        let sweep = Sweep::new([distance_mm], start, first);
         let others_feeds = OthersFeed::both(setup, &executed.others_steps());
-        let mut blocks = Blocks::new(tolerance_mm(setup.machine), tell);
         let mut others = OtherAxes::new(setup.machine);
         others.reach(sweep.others());
         Matcher {
@@ -94,11 +88,11 @@ impl<'a> Matcher<'a> {
             others,
             others_feeds,
             is_read: false,
-            pairing: Pairing::new(start, &first, &mut blocks),
-            blocks,
+            blocks: Worst::default(),
             blended: Corners::default(),
             standing,
             line: first.line,
+            high_mm: sweep.low().0,
             sweep,
             last_tick: 0,
             distance_mm: 0.0,
@@ -136,10 +130,11 @@ impl<'a> Matcher<'a> {
             let Some(near) = self.sweep.nearest(point.tick, self.standing.along_mm) else {
                 return Ok(());
             };
+            self.high_mm = self.high_mm.max(near.walk_mm);
+            let at = Place { tick: point.tick, line: near.line };
             self.distance_mm = near.distance_mm;
-            self.pairing.tick(&self.sweep, point.tick, &mut self.blocks);
-            self.sweep.need_from(self.pairing.edge());
-            self.blended.add(&near, Place { tick: point.tick, line: near.line });
+            self.blocks.add(near.distance_mm, at);
+            self.blended.add(&near, at);
             let (along_mm, feed_mm_s) = (near.along_mm, near.feed_mm_s);
             let may_be_cut = near.slack_mm > 0.0;
             self.standing = Standing { at: point.at, along_mm, feed_mm_s, may_be_cut };
@@ -188,13 +183,11 @@ impl<'a> Matcher<'a> {
         if let Some(death) = self.sweep.death(0) {
             return Ok(Err(death));
         }
-        self.sweep.hold_end(self.last_tick);
-        let high_mm = self.pairing.end(&self.sweep, self.last_tick, &mut self.blocks);
-        let (worst_blocks, rms_mm) = self.blocks.end();
+        let rest_mm = self.sweep.rest(self.last_tick, self.standing.along_mm);
         let (low_mm, low_at) = self.sweep.low();
         let matched = Matched {
-            rms_mm,
-            worst_blocks,
+            rms_mm: self.blocks.rms_mm(),
+            worst_blocks: self.blocks.worst(),
             feed: self.feed.end(),
             others: {
                 let feeds = self.others_feeds.into_iter().filter_map(OthersFeed::check);
@@ -202,7 +195,7 @@ impl<'a> Matcher<'a> {
             },
             blended: self.blended.worst,
         };
-        Ok(Ok(Matching { matched, low_mm, low_at, high_mm }))
+        Ok(Ok(Matching { matched, low_mm, low_at, high_mm: self.high_mm.max(rest_mm) }))
     }
 }
 
@@ -220,5 +213,57 @@ impl Corners {
         if slack_mm > 0.0 && self.worst.is_none_or(is_worse) {
             self.worst = Some(BlendError { distance_mm, slack_mm, at });
         }
+    }
+}
+
+/// Distances of tick points, by block. Matching runs forward, so the points of a block come
+/// together; a block that comes again (a subroutine) keeps its greatest distance.
+#[derive(Debug, Default)]
+struct Worst {
+    points: u64,
+    sum_sq: f64,
+    current: Option<WorstBlock>,
+    worst: Vec<WorstBlock>,
+}
+
+impl Worst {
+    fn add(&mut self, max_mm: f64, at: Place) {
+        self.points += 1;
+        self.sum_sq += max_mm * max_mm;
+        match &mut self.current {
+            Some(block) if block.line == at.line => {
+                if max_mm > block.max_mm {
+                    *block = WorstBlock { line: at.line, tick: at.tick, max_mm };
+                }
+            }
+            _ => {
+                self.close();
+                self.current = Some(WorstBlock { line: at.line, tick: at.tick, max_mm });
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        let Some(block) = self.current.take() else { return };
+        let least_mm = self.worst.last().map_or(0.0, |last| last.max_mm);
+        if self.worst.len() == WORST_BLOCKS && block.max_mm <= least_mm {
+            return;
+        }
+        match self.worst.iter_mut().find(|known| known.line == block.line) {
+            Some(known) if known.max_mm < block.max_mm => *known = block,
+            Some(_) => {}
+            None => self.worst.push(block),
+        }
+        self.worst.sort_by(|a, b| b.max_mm.total_cmp(&a.max_mm));
+        self.worst.truncate(WORST_BLOCKS);
+    }
+
+    fn rms_mm(&self) -> f64 {
+        if self.points == 0 { 0.0 } else { (self.sum_sq / self.points as f64).sqrt() }
+    }
+
+    fn worst(mut self) -> Vec<WorstBlock> {
+        self.close();
+        self.worst
     }
 }

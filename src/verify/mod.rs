@@ -4,8 +4,8 @@
 //!
 //! - *Contour*: the Fréchet distance between the executed polyline (tick points joined by chords)
 //!   and the path, in X, Y and Z. Matching runs forward along both, so neither a skipped loop nor
-//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`), and what it
-//!   comes to on each block (`pairing`, `blocks`). Blocks with
+//!   a cut corner nor a retraced stretch hides behind a near point elsewhere (`sweep`); block by block,
+//!   if that is asked for (`blocks`). Blocks with
 //!   corners under G64 P may be left by P, if that is more than the path tolerance.
 //! - *Other axes*, rotary and secondary: held to half a step each, tick by tick (`others`).
 //! - *End point* and the place of every event, exact in steps on every axis (`events`).
@@ -28,12 +28,9 @@ mod edges;
 mod events;
 mod executed;
 mod feed;
-#[cfg(test)]
-mod free_space;
 mod limits;
 mod matching;
 mod others;
-mod pairing;
 mod ramps;
 mod report;
 mod sweep;
@@ -43,7 +40,7 @@ use std::collections::BTreeMap;
 pub use self::blocks::TellBlock;
 pub use self::checks::CHECKS;
 pub use self::compare::{Comparison, FirstDifference, compare};
-pub use self::report::{BlockError, Check, Place, Report, Verdict};
+pub use self::report::{BlockError, Check, Place, Report, Verdict, WorstBlock};
 
 use self::contour::{Contour, Streams};
 use self::feed::FeedWindow;
@@ -122,7 +119,7 @@ where
 }
 
 /// As [`verify`], and tells of each block how far it is off, in the order of the path. That is done by one
-/// more pass, at the end; of a job that is too far off to be matched with the path nothing is told.
+/// more pass, at the end; of a job that is further off than can be found out nothing is told.
 ///
 /// # Errors
 /// Those of [`verify`].
@@ -209,7 +206,7 @@ fn report(setup: &Setup, bound_mm: f64, walk: Walk, contour: Contour) -> Report 
         max_contour_error_is_lower_bound: contour.more,
         rms_contour_error_mm: matched.map(|matched| six_digits(matched.rms_mm)),
         worst: worst.filter(|at| !at.is_nowhere(walk.ticks)),
-        worst_blocks: contour.worst_blocks(bound_mm),
+        worst_blocks: matched.map(|matched| matched.worst_blocks.clone()).unwrap_or_default(),
         end_error_steps: axes().map(|axis| (axis, end_error(axis))).collect(),
         ticks: walk.ticks,
         seconds: six_digits(walk.ticks as f64 * setup.tick_s()),

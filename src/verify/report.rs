@@ -29,7 +29,7 @@ pub struct Report {
     /// Where the contour error is greatest: tick, and NC line of the path.
     pub worst: Option<Place>,
     /// The blocks furthest off, furthest first.
-    pub worst_blocks: Vec<BlockError>,
+    pub worst_blocks: Vec<WorstBlock>,
     /// Executed end point less the path's, both in whole steps.
     pub end_error_steps: BTreeMap<Axis, i64>,
     /// Ticks of motion.
@@ -84,7 +84,7 @@ impl From<Death> for Place {
     }
 }
 
-/// How far a block is off: one run of a line of the program.
+/// How far a block is off, each time that it comes to be executed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BlockError {
     /// Line of the NC program.
@@ -93,16 +93,29 @@ pub struct BlockError {
     pub ticks: u64,
     /// The tick where it is furthest off.
     pub tick: u64,
-    /// Fréchet distance between the block and what is executed of it: the greatest distance on one walk
-    /// along both.
+    /// Fréchet distance between the block and what is executed of it: of its tick points, of its corners, and
+    /// where one of both turns back what that takes beyond, to a 32nd of the distance of the job. Around corners
+    /// that G64 P lets be cut by more than the path tolerance, of points alone.
     #[serde(serialize_with = "rounded")]
     pub max_mm: f64,
-    /// The bound of the contour error, or what G64 P lets its corners be cut by, if that is more.
+    /// The bound of the contour error, and what G64 P lets its corners be cut by beyond the path tolerance.
     #[serde(serialize_with = "rounded")]
     pub allowed_mm: f64,
     /// Root mean square of the distances of its tick points; none without any.
     #[serde(serialize_with = "rounded_if_any")]
     pub rms_mm: Option<f64>,
+}
+
+/// The greatest distance of a line's tick points from the path.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WorstBlock {
+    /// Line of the NC program.
+    pub line: u32,
+    /// The tick furthest off.
+    pub tick: u64,
+    /// Its distance.
+    #[serde(serialize_with = "rounded")]
+    pub max_mm: f64,
 }
 
 /// One thing that was held against a limit.

@@ -36,9 +36,8 @@ pub struct Sweep<const N: usize> {
     dead: usize,
     deaths: [Death; N],
     rows: VecDeque<Row<N>>,
-    /// How many edges were dropped before these, and from which on they are needed.
-    dropped: u64,
-    needed_from: u64,
+    /// Corners of rows that were dropped, if they are kept.
+    corners: Option<VecDeque<Corner>>,
     /// Ends of the executed chord that was walked last.
     from: Vector,
     at: Vector,
@@ -63,6 +62,16 @@ pub struct Death {
     pub line: u32,
 }
 
+/// A corner of the path that was passed, or its end.
+#[derive(Clone, Copy, Debug)]
+pub struct Corner {
+    /// The runs that end and begin there.
+    pub runs: [u64; 2],
+    /// How near executed chords came to it, and in which tick.
+    pub distance_mm: f64,
+    pub tick: u64,
+}
+
 /// A point of the path that a tick point was matched with.
 #[derive(Clone, Copy, Debug)]
 pub struct Match {
@@ -72,8 +81,12 @@ pub struct Match {
     pub distance_mm: f64,
     /// How much further off than elsewhere the path may be passed there.
     pub slack_mm: f64,
-    /// NC line of the path there.
+    /// A distance with which the executed chord can be walked beside the path from the match
+    /// before to this one; infinite where this one lies before it.
+    pub walk_mm: f64,
+    /// NC line of the path there, and its run.
     pub line: u32,
+    pub run: u64,
     /// Greatest feed of whatever part of the path the tick may have run on; infinite on rapids.
     pub feed_mm_s: f64,
 }
@@ -113,7 +126,7 @@ impl<const N: usize> Reach<N> {
 
 /// A straight piece, ready to be asked which part of it lies near a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Chord {
+struct Chord {
     from: Vector,
     way: Vector,
     /// Infinite where the piece is a point.
@@ -122,24 +135,19 @@ pub struct Chord {
 
 /// The nearest point of a chord's line to a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Near {
-    pub share: f64,
+struct Near {
+    share: f64,
     distance_sq: f64,
     inverse_length_sq: f64,
 }
 
 impl Chord {
-    pub fn new(from: Vector, to: Vector) -> Chord {
+    fn new(from: Vector, to: Vector) -> Chord {
         let way = difference(to, from);
         Chord { from, way, inverse_length_sq: 1.0 / dot(way, way) }
     }
 
-    /// The place at a share of its length.
-    pub fn at(&self, share: f64) -> Vector {
-        std::array::from_fn(|axis| self.from[axis] + share * self.way[axis])
-    }
-
-    pub fn near(&self, point: Vector) -> Near {
+    fn near(&self, point: Vector) -> Near {
         let offset = difference(point, self.from);
         let inverse_length_sq = self.inverse_length_sq;
         if inverse_length_sq == f64::INFINITY {
@@ -184,8 +192,7 @@ impl<const N: usize> Sweep<N> {
             dead: 0,
             deaths: [Death::default(); N],
             rows: VecDeque::new(),
-            dropped: 0,
-            needed_from: u64::MAX,
+            corners: None,
             from: start,
             at: start,
             front_line: first.line,
@@ -275,14 +282,76 @@ impl<const N: usize> Sweep<N> {
 
     /// Drops rows that can no longer be reached.
     fn prune(&mut self) {
-        while self.rows.len() > 1
-            && self.dropped < self.needed_from
-            && self.rows[0].reach.is_empty()
-        {
+        while self.rows.len() > 1 && self.rows[0].reach.is_empty() {
             let Some(row) = self.rows.pop_front() else { return };
-            self.dropped += 1;
             let near_mm = row.near_sq.sqrt() - row.edge.end_slack_mm;
             self.hold(near_mm, Death { tick: row.near_tick, line: row.edge.line });
+            self.keep_corner(&row);
+        }
+    }
+
+    fn keep_corner(&mut self, row: &Row<N>) {
+        let Some(corners) = self.corners.as_mut().filter(|_| row.near_sq.is_finite()) else {
+            return;
+        };
+        let next = self.rows.front().map_or(row.edge.run, |next| next.edge.run);
+        let (runs, distance_mm) = ([row.edge.run, next], row.near_sq.sqrt());
+        corners.push_back(Corner { runs, distance_mm, tick: row.near_tick });
+    }
+
+    /// From now on corners are kept until they are asked for.
+    pub fn keep_corners(&mut self) {
+        self.corners = Some(VecDeque::new());
+    }
+
+    /// The next corner that was dropped.
+    pub fn passed_corner(&mut self) -> Option<Corner> {
+        self.corners.as_mut()?.pop_front()
+    }
+
+    /// The walk is over.
+    pub fn drop_all(&mut self) {
+        while let Some(row) = self.rows.pop_front() {
+            self.keep_corner(&row);
+        }
+    }
+
+    /// The run of the first edge that has not been dropped.
+    pub fn first_run(&self) -> u64 {
+        self.rows.front().map_or(u64::MAX, |row| row.edge.run)
+    }
+
+    /// The furthest run that each living distance has reached.
+    pub fn fronts(&self, runs: &mut [u64; N]) {
+        for Row { reach, edge, .. } in &self.rows {
+            for level in self.dead..N {
+                if reach.from[level] <= reach.to[level] {
+                    runs[level] = edge.run;
+                }
+            }
+        }
+    }
+
+    /// Lets dead distances go on from what the least living one reaches, as far as the executed point is as
+    /// near to that.
+    pub fn revive(&mut self) {
+        let least = self.dead;
+        if least == 0 || least == N {
+            return;
+        }
+        for Row { edge, chord, reach, .. } in &mut self.rows {
+            if reach.from[least] > reach.to[least] {
+                continue;
+            }
+            let near = chord.near(self.at);
+            for level in 0..least {
+                let (from, to) = near.within((self.distances_mm[level] + edge.slack_mm).powi(2));
+                let (from, to) = (from.max(reach.from[least]), to.min(reach.to[least]));
+                if from <= to {
+                    (reach.from[level], reach.to[level]) = (from, to);
+                    self.dead = self.dead.min(level);
+                }
+            }
         }
     }
 
@@ -346,52 +415,68 @@ impl<const N: usize> Sweep<N> {
     pub fn nearest(&mut self, tick: u64, past_mm: f64) -> Option<Match> {
         // What rounding may take off a length of metres.
         const ROUNDING_MM: f64 = 1e-9;
-        let mut best: Option<(bool, Match)> = None;
+        let mut best: Option<(bool, f64, f64, &Edge)> = None;
         let mut least_mm = f64::INFINITY;
         for row in self.rows.iter().filter(|row| !row.reach.is_empty()) {
             let share = row.share.clamp(row.reach.from[N - 1], row.reach.to[N - 1]);
-            let along_mm = row.edge.start_mm + share * row.edge.length_mm;
-            let offset = difference(self.at, row.chord.at(share));
-            let distance_mm = dot(offset, offset).sqrt();
-            let Edge { slack_mm, line, .. } = row.edge;
-            least_mm = least_mm.min(distance_mm - slack_mm);
-            let back = along_mm < past_mm - ROUNDING_MM;
-            let better = best.is_none_or(|(was_back, was)| {
-                (back, distance_mm + if back == was_back { ROUNDING_MM } else { 0.0 })
-                    < (was_back, was.distance_mm)
+            let along = row.edge.start_mm + share * row.edge.length_mm;
+            let point: Vector =
+                std::array::from_fn(|axis| row.edge.from[axis] + share * row.chord.way[axis]);
+            let offset = difference(self.at, point);
+            let distance = dot(offset, offset).sqrt();
+            least_mm = least_mm.min(distance - row.edge.slack_mm);
+            let back = along < past_mm - ROUNDING_MM;
+            let better = best.is_none_or(|(was_back, was, ..)| {
+                (back, distance + if back == was_back { ROUNDING_MM } else { 0.0 })
+                    < (was_back, was)
             });
             if better {
-                let feed_mm_s = self.feed_mm_s;
-                let found = Match { along_mm, distance_mm, slack_mm, line, feed_mm_s };
-                best = Some((back, found));
+                best = Some((back, distance, along, &row.edge));
             }
         }
-        let (_, found) = best?;
-        self.hold(least_mm, Death { tick, line: found.line });
-        Some(found)
+        let (is_back, distance_mm, along_mm, edge) = best?;
+        let Edge { line, run, slack_mm, .. } = *edge;
+        self.hold(least_mm, Death { tick, line });
+        let walk_mm = self.passed(past_mm, along_mm).max(distance_mm - slack_mm);
+        let walk_mm = if is_back { f64::INFINITY } else { walk_mm };
+        let feed_mm_s = self.feed_mm_s;
+        Some(Match { along_mm, distance_mm, slack_mm, walk_mm, line, run, feed_mm_s })
     }
 
-    /// The path has ended, and its end lies so far from the last executed point at least.
-    pub fn hold_end(&mut self, tick: u64) {
-        let Some(Row { edge, .. }) = self.rows.back() else { return };
-        let off = difference(self.at, edge.to);
-        self.hold(dot(off, off).sqrt() - edge.slack_mm, Death { tick, line: edge.line });
+    /// Between two places along the path: the greatest distance of its corners from the executed
+    /// chord, less their slack, in their order.
+    fn passed(&self, past_mm: f64, along_mm: f64) -> f64 {
+        let step = Chord::new(self.from, self.at);
+        let (mut share, mut walk_mm) = (0.0_f64, 0.0_f64);
+        let ends = self.rows.iter().map(|row| &row.edge).filter(|edge| {
+            let end_mm = edge.start_mm + edge.length_mm;
+            past_mm <= end_mm && end_mm <= along_mm
+        });
+        for edge in ends {
+            share = share.max(step.near(edge.to).share.clamp(0.0, 1.0));
+            let off: Vector = std::array::from_fn(|axis| {
+                edge.to[axis] - step.from[axis] - share * step.way[axis]
+            });
+            walk_mm = walk_mm.max(dot(off, off).sqrt() - edge.end_slack_mm);
+        }
+        walk_mm
     }
 
-    /// The ends of the executed chord that was walked last.
-    pub fn chord(&self) -> [Vector; 2] {
-        [self.from, self.at]
-    }
-
-    /// The edges in the window from that of a number on, which is one that was said to be needed.
-    pub fn edges(&self, number: u64) -> impl Iterator<Item = (&Edge, &Chord)> {
-        let first = number.saturating_sub(self.dropped) as usize;
-        self.rows.range(first.min(self.rows.len())..).map(|row| (&row.edge, &row.chord))
-    }
-
-    /// Edges before that of this number may be dropped, once they cannot be reached.
-    pub fn need_from(&mut self, number: u64) {
-        self.needed_from = number;
+    /// The distance of the rest of the path from the last executed point, once that has ended.
+    pub fn rest(&mut self, tick: u64, past_mm: f64) -> f64 {
+        let (mut rest_mm, mut last) = (0.0_f64, None);
+        for Row { edge, .. } in &self.rows {
+            let off = difference(self.at, edge.to);
+            let off_mm = dot(off, off).sqrt();
+            last = Some((off_mm - edge.slack_mm, edge.line));
+            if edge.start_mm + edge.length_mm >= past_mm {
+                rest_mm = rest_mm.max(off_mm - edge.end_slack_mm);
+            }
+        }
+        if let Some((distance_mm, line)) = last {
+            self.hold(distance_mm, Death { tick, line });
+        }
+        rest_mm
     }
 
     /// The greatest feeds of A B C and of U V W on the part of the path in reach: see

@@ -42,7 +42,7 @@ pub struct Args {
     /// tick suffice, by the profile given
     #[arg(long)]
     unsealed: bool,
-    /// Print how far each block is off, each time that it comes to be executed
+    /// Print how far each block is off, each time that it comes to be executed after another one
     #[arg(long)]
     blocks: bool,
     #[command(flatten)]
