@@ -19,6 +19,7 @@
 use std::collections::VecDeque;
 
 use super::edges::{Edge, Edges, Vector};
+use super::executed::TickPoint;
 use super::report::BlockError;
 use super::sweep::Sweep;
 use super::{Cause, VerifyError};
@@ -83,11 +84,10 @@ impl<'a> Blocks<'a> {
         blocks
     }
 
-    /// Where X, Y and Z stand after the next tick that moves them.
+    /// Where X, Y and Z stand after the next tick that moves them; or where they stay, if none does.
     pub fn tick<P, E>(
         &mut self,
-        tick: u64,
-        at: Vector,
+        TickPoint { tick, at, moved }: TickPoint,
         edges: &mut Edges<'_, P>,
     ) -> Result<(), VerifyError>
     where
@@ -109,7 +109,7 @@ impl<'a> Blocks<'a> {
                     run.found.tick = tick;
                 }
                 run.hold(near.distance_mm, tick);
-                run.found.ticks += 1;
+                run.found.ticks += u64::from(moved);
                 run.squares += near.distance_mm * near.distance_mm;
             }
         }

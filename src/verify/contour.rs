@@ -15,7 +15,7 @@
 use super::blocks::{Blocks, TellBlock};
 use super::edges::Edges;
 use super::events::Timetable;
-use super::executed::Executed;
+use super::executed::{Executed, TickPoint};
 use super::limits::{Walk, Walker};
 use super::matching::{Matched, Matcher, Matching};
 use super::report::Place;
@@ -162,7 +162,8 @@ where
         }
         let sagitta_mm = contour.scale_mm * SAGITTA_SHARE;
         let mut executed = Executed::new(self.setup);
-        let (start, mut last_tick, mut has_moved) = (executed.at(), 0, false);
+        let start = executed.at();
+        let (mut last_tick, mut has_moved) = (0, false);
         let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(()) };
         let distances_mm = [contour.max_mm, sagitta_mm, tolerance_mm(self.setup.machine)];
@@ -176,13 +177,13 @@ where
                 last_tick = point.tick;
                 if point.moved {
                     has_moved = true;
-                    blocks.tick(point.tick, point.at, &mut edges)?;
+                    blocks.tick(point, &mut edges)?;
                 }
             }
         }
         if !has_moved {
             // All of the path is held against the one point: it may be shorter than a step.
-            blocks.tick(last_tick, start, &mut edges)?;
+            blocks.tick(TickPoint { tick: last_tick, at: start, moved: false }, &mut edges)?;
         }
         blocks.end(last_tick, &mut edges)
     }

@@ -324,10 +324,9 @@ impl<const N: usize> Sweep<N> {
     /// The furthest run that each living distance has reached.
     pub fn fronts(&self, runs: &mut [u64; N]) {
         for Row { reach, edge, .. } in &self.rows {
-            for level in self.dead..N {
-                if reach.from[level] <= reach.to[level] {
-                    runs[level] = edge.run;
-                }
+            let ends = reach.from.iter().zip(&reach.to).zip(runs.iter_mut());
+            for (_, run) in ends.skip(self.dead).filter(|((from, to), _)| from <= to) {
+                *run = edge.run;
             }
         }
     }

@@ -62,7 +62,13 @@ impl<W: Write> Rows<W> {
     /// # Errors
     /// Why the rows were not all written.
     pub fn end(mut self) -> io::Result<()> {
-        std::mem::replace(&mut self.written, Ok(()))?;
-        if self.as_json { Ok(()) } else { self.head() }
+        self.written?;
+        match self.as_json || self.has_head {
+            true => Ok(()),
+            false => writeln!(
+                self.out,
+                "no block to tell of: none moves, or the job is further off than is found out"
+            ),
+        }
     }
 }
