@@ -3,33 +3,22 @@
 
 use std::fs;
 
-use assert_cmd::Command;
+mod bench;
+
+use bench::Bench;
 
 const FOUND: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/found");
 
-/// What `cnc` prints; it has to succeed.
 #[track_caller]
-fn cnc(args: &[&str]) -> String {
-    let output = Command::cargo_bin("cnc").unwrap().args(args).output().unwrap();
-    let [out, said] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
-    assert!(output.status.success(), "{args:?}: {said}{out}");
-    out
-}
-
-#[track_caller]
-fn check(machine: &str) {
-    let profile = cnc(&["machine", "show", machine, "--toml"]);
-    let has_jerk = |line: &&str| line.starts_with("jerk_max_mm_s3");
-    assert!(profile.lines().any(|line| has_jerk(&line)), "{profile}");
-    let without: Vec<&str> = profile.lines().filter(|line| !has_jerk(line)).collect();
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join(format!("{machine}-without-jerk.toml"));
-    fs::write(&file, without.join("\n")).unwrap();
-    let programs = fs::read_dir(FOUND).unwrap().count();
-    for machine in [machine, file.to_str().unwrap()] {
-        let told = cnc(&["verify", FOUND, "--json", "-q", "--machine", machine]);
-        let (_, sum) = told.rsplit_once(r#"{"type":"sum","#).unwrap();
-        assert!(sum.contains(&format!(r#""passed":{programs},"#)), "{told}");
+fn check(machine: &'static str) {
+    let bench = Bench::new("", machine);
+    let profile = bench.cnc(&["machine", "show", machine, "--toml"], 0, "jerk_max_mm_s3").stdout;
+    let profile = String::from_utf8(profile).unwrap();
+    let without = profile.lines().filter(|line| !line.starts_with("jerk_max_mm_s3"));
+    fs::write(bench.path("without-jerk.toml"), without.collect::<Vec<_>>().join("\n")).unwrap();
+    let all_passed = format!(r#""passed":{},"#, fs::read_dir(FOUND).unwrap().count());
+    for machine in [machine, "without-jerk.toml"] {
+        bench.cnc(&["verify", FOUND, "--json", "-q", "--machine", machine], 0, &all_passed);
     }
 }
 

@@ -67,7 +67,9 @@ impl<'a> Blocks<'a> {
     /// At the start of both: `max_mm` is how far they are apart in all, `chords_mm` by how much chords may be
     /// off arcs, and `bound_mm` what is allowed where there is no slack.
     pub fn new(
-        [max_mm, chords_mm, bound_mm]: [f64; 3],
+        max_mm: f64,
+        chords_mm: f64,
+        bound_mm: f64,
         start: Vector,
         first: Edge,
         tell: TellBlock<'a>,

@@ -12,6 +12,8 @@
 //!
 //! The chords that stand for arcs are finer than a thousandth of the bound, which is allowed for.
 
+use std::ops::ControlFlow;
+
 use super::blocks::{Blocks, TellBlock};
 use super::edges::Edges;
 use super::events::Timetable;
@@ -161,31 +163,16 @@ where
             return Ok(());
         }
         let sagitta_mm = contour.scale_mm * SAGITTA_SHARE;
-        let mut executed = Executed::new(self.setup);
-        let start = executed.at();
-        let (mut last_tick, mut has_moved) = (0, false);
+        let start = Executed::new(self.setup).at();
         let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(()) };
-        let distances_mm = [contour.max_mm, sagitta_mm, tolerance_mm(self.setup.machine)];
-        let mut blocks = Blocks::new(distances_mm, start, first, tell);
-        for command in self.commands()? {
-            edges.passed.clear();
-            if let Command::Tick(tick) =
-                command.map_err(|error| VerifyError::Commands(error.into()))?
-            {
-                let point = executed.tick(&tick);
-                last_tick = point.tick;
-                if point.moved {
-                    has_moved = true;
-                    blocks.tick(point, &mut edges)?;
-                }
-            }
-        }
-        if !has_moved {
-            // All of the path is held against the one point: it may be shorter than a step.
-            blocks.tick(TickPoint { tick: last_tick, at: start, moved: false }, &mut edges)?;
-        }
-        blocks.end(last_tick, &mut edges)
+        let bound_mm = tolerance_mm(self.setup.machine);
+        let mut blocks = Blocks::new(contour.max_mm, sagitta_mm, bound_mm, start, first, tell);
+        let last_tick = self.each_move(&mut edges, |point, edges| {
+            blocks.tick(point, edges)?;
+            Ok(ControlFlow::Continue(()))
+        })?;
+        last_tick.map_or(Ok(()), |tick| blocks.end(tick, &mut edges))
     }
 
     /// One pass more between the distance that failed and the one that sufficed.
@@ -206,40 +193,49 @@ where
         scale_mm: f64,
         work_max: u64,
     ) -> Result<Found, VerifyError> {
-        let (mut last_tick, mut has_moved) = (0, false);
-        let mut executed = Executed::new(self.setup);
-        let start = executed.at();
+        let start = Executed::new(self.setup).at();
         let sagitta_mm = scale_mm * SAGITTA_SHARE;
         let mut edges = Edges::new(self.path()?, self.setup, start, sagitta_mm);
         let Some(first) = edges.next()? else { return Ok(Found::default()) };
         let mut sweep = Sweep::new(rungs_mm.map(|rung| rung + sagitta_mm), start, first);
-        for command in self.commands()? {
-            edges.passed.clear();
-            let point = match command {
-                Err(error) => return Err(VerifyError::Commands(error.into())),
-                Ok(Command::Event(_)) => continue,
-                Ok(Command::Tick(ref tick)) => executed.tick(tick),
-            };
-            last_tick = point.tick;
-            if !point.moved {
-                continue;
-            }
-            has_moved = true;
+        let mut gave_up = false;
+        let last_tick = self.each_move(&mut edges, |point, edges| {
             sweep.advance(point.tick, point.at, || edges.next())?;
             if sweep.is_overfull() && work_max == u64::MAX {
                 return Err(VerifyError::TooDense { tick: point.tick });
             }
-            let gave_up = sweep.is_overfull() || sweep.work() > work_max;
-            if gave_up || sweep.dead() == RUNGS {
-                return Ok(Found::of(&sweep, rungs_mm, gave_up));
+            gave_up = sweep.is_overfull() || sweep.work() > work_max;
+            let is_over = gave_up || sweep.dead() == RUNGS;
+            Ok(if is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        })?;
+        if let Some(tick) = last_tick {
+            sweep.finish(tick, || edges.next())?;
+        }
+        Ok(Found::of(&sweep, rungs_mm, gave_up))
+    }
+
+    /// Takes every tick point where X, Y or Z have moved, until one breaks it off; where none has, the start, for
+    /// all of a path may be shorter than a step. Gives the last tick; none where it was broken off.
+    fn each_move(
+        &self,
+        edges: &mut Edges<'_, P>,
+        mut take: impl FnMut(TickPoint, &mut Edges<'_, P>) -> Result<ControlFlow<()>, VerifyError>,
+    ) -> Result<Option<u64>, VerifyError> {
+        let mut executed = Executed::new(self.setup);
+        let mut last = TickPoint { tick: 0, at: executed.at(), moved: false };
+        let mut has_moved = false;
+        for command in self.commands()? {
+            edges.passed.clear();
+            let command = command.map_err(|error| VerifyError::Commands(error.into()))?;
+            let Command::Tick(tick) = command else { continue };
+            last = executed.tick(&tick);
+            has_moved |= last.moved;
+            if last.moved && take(last, edges)?.is_break() {
+                return Ok(None);
             }
         }
-        if !has_moved {
-            // All of the path is held against the one point: it may be shorter than a step.
-            sweep.advance(last_tick, start, || edges.next())?;
-        }
-        sweep.finish(last_tick, || edges.next())?;
-        Ok(Found::of(&sweep, rungs_mm, false))
+        let is_over = !has_moved && take(last, edges)?.is_break();
+        Ok((!is_over).then_some(last.tick))
     }
 
     /// How far each tick point lies from where it is matched on the path, as far as a distance suffices;
