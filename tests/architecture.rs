@@ -247,10 +247,16 @@ fn quoted_length(text: &str, quote: char) -> usize {
     text.len()
 }
 
-fn sources() -> Vec<File> {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+/// The files below a folder of the project.
+fn files_of(folder: &str) -> Vec<File> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files = Vec::new();
-    walk(&src, &mut |path| files.push(File::read(path, &src)));
+    walk(&folder, &mut |path| files.push(File::read(path, &folder)));
+    files
+}
+
+fn sources() -> Vec<File> {
+    let files = files_of("src");
     assert!(files.len() > 20, "no sources found");
     files
 }
@@ -388,6 +394,16 @@ fn files_and_functions_keep_their_size_and_say_what_they_are() {
         }));
         broken
     });
+}
+
+#[test]
+fn tests_and_benchmarks_keep_their_size_too() {
+    for folder in ["tests", "benches"] {
+        let files = files_of(folder);
+        let long: Vec<_> = files.iter().filter(|file| file.lines > FILE_MAX_LINES).collect();
+        let told = long.iter().map(|file| format!("{folder}/{}: {} lines", file.name, file.lines));
+        assert!(!files.is_empty() && long.is_empty(), "{}", told.collect::<Vec<_>>().join("\n"));
+    }
 }
 
 #[test]
